@@ -1,0 +1,46 @@
+"""Checks at the public edge: a number or vector comes in; a finite one goes on, or one sentence comes back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gammastar.errors import InputError, ShapeError
+
+
+def number(value: object, name: str, *, above: float | None = None, at_least: float | None = None) -> float:
+    """Return a finite float, optionally bounded from below, or raise `InputError` naming it."""
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be a number (got {value!r}); give one finite number") from error
+    if not np.isfinite(result):
+        raise InputError(f"{name} must be finite (got {result}); give a finite number")
+    if above is not None and result <= above:
+        raise InputError(f"{name} must be greater than {above:g} (got {result:g}); raise it")
+    if at_least is not None and result < at_least:
+        raise InputError(f"{name} must be at least {at_least:g} (got {result:g}); raise it")
+    return result
+
+
+def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a finite float array of one shape, read-only, or raise `ShapeError` naming it."""
+    try:
+        result = np.array(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"{name} must be numbers of shape {shape} (got {value!r}); give numbers only") from error
+    if result.shape != shape:
+        raise ShapeError(f"{name} must have shape {shape} (got {result.shape}); check the number of entries")
+    if not np.all(np.isfinite(result)):
+        raise ShapeError(f"{name} must be finite (got {result.tolist()}); replace NaN and infinity")
+    result.setflags(write=False)
+    return result
+
+
+def direction(value: ArrayLike, name: str) -> np.ndarray:
+    """Return a unit vector (3,), or raise when it is zero."""
+    vector = array(value, name, (3,))
+    length = float(np.linalg.norm(vector))
+    if length < 1e-12:
+        raise InputError(f"{name} must not be zero (got {vector.tolist()}); give a direction")
+    return np.asarray(vector / length)

@@ -1,0 +1,5 @@
+"""What runs a graph."""
+
+from gammastar.engine.machine import scan
+
+__all__ = ["scan"]

@@ -1,0 +1,53 @@
+"""Evaluate a step graph many times in a row on CasADi's virtual machine: no compiler, starts at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+CHUNK = 500  # steps between two looks at the results; a look costs little, a longer chunk is computed past an early end
+
+
+def scan(
+    step: Any,
+    state: np.ndarray,
+    exogenous: np.ndarray,
+    stop: Callable[[np.ndarray, np.ndarray], int | None] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Run (state, exogenous column) -> (next state, observation) over all columns.
+
+    Args:
+        step: CasADi function of two inputs and two outputs.
+        state: (n,) start.
+        exogenous: (m, steps), one column a step.
+        stop: Given the states after and observations of a chunk, return how many of its steps to keep, or None to go
+            on.
+        progress: Called with the number of steps done so far.
+
+    Returns:
+        States (n, steps + 1) with the start first, and observations (k, steps times the columns of one observation);
+        both end early when `stop` says so.
+    """
+    total = exogenous.shape[1]
+    states, observations, done = [np.asarray(state, dtype=float)[:, None]], [], 0
+    runs: dict[int, Any] = {}
+    while done < total:
+        count = min(CHUNK, total - done)
+        if count not in runs:
+            runs[count] = step.mapaccum("run", count)
+        columns = exogenous[:, done : done + count]
+        after, observed = (np.array(value) for value in runs[count](states[-1][:, -1], columns))
+        kept = stop(after, observed) if stop is not None else None
+        if kept is not None:
+            states.append(after[:, :kept])
+            observations.append(observed[:, : kept * (observed.shape[1] // count)])
+            break
+        states.append(after)
+        observations.append(observed)
+        done += count
+        if progress is not None:
+            progress(done)
+    return np.hstack(states), np.hstack(observations) if observations else np.empty((step.size1_out(1), 0))

@@ -1,0 +1,8 @@
+"""The closed loop: integrators, sampling, sensors, and the record of a flight."""
+
+from gammastar.flight.fly import fly
+from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
+from gammastar.flight.record import FlightRecord, Status, Summary
+from gammastar.flight.sensors import SensorNoise
+
+__all__ = ["INTEGRATORS", "FlightRecord", "Integrator", "SensorNoise", "Status", "Summary", "fly", "integrator"]

@@ -1,0 +1,211 @@
+"""What a flight leaves behind: arrays over time, how it ended, and a summary with units in its keys."""
+
+from __future__ import annotations
+
+import enum
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gammastar import so3
+from gammastar.vehicle.state import NAMES
+
+if TYPE_CHECKING:
+    from gammastar.law import AnyReference, Law, Prediction
+    from gammastar.vehicle import State, Vehicle
+
+
+class Status(enum.Enum):
+    """How a flight ended; the value is the sentence to show."""
+
+    COMPLETED = "flew to the end"
+    FREE_FALL = "thrust fell to zero: in free fall the attitude has no effect on the motion and the law is singular"
+    FOCAL_POINT = "reached a focal point of the path, where the nearest point is not unique and the law is singular"
+    UNRESOLVED = "turned by more than one radian within one integration step: too fast for this step"
+    NOT_FINITE = "numbers left the finite range"
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRecord:
+    """One flight, row by row; n rows, world frame with third axis down, body quantities in body axes.
+
+    The transformed states are those of the true state and the true vehicle.
+    """
+
+    time: np.ndarray  # (n,) [s]
+    state: np.ndarray  # (n, 20), order of the paper
+    input: np.ndarray  # (n, 4): second derivative of the thrust [N/s^2], torque [N m], body
+    transverse_state: np.ndarray  # (n, 2, 4): xi, components of the transverse output and three derivatives
+    tangential_state: np.ndarray  # (n, 4): eta_1 ... eta_4 in the path's parameter, unwrapped
+    yaw_output: np.ndarray  # (n,): eta_21 = beta(r)
+    distance: np.ndarray  # (n,) [m] to the path
+    free_fall_margin: np.ndarray  # (n,) [m/s^2]: thrust over mass, zero in free fall
+    focal_margin: np.ndarray  # (n,): 1 on a curve, zero at focal points
+    status: Status
+    status_time: float  # [s] when it ended
+    status_margin: float  # smaller of the two margins then: [m/s^2] for free fall, dimensionless for a focal point
+    law: Law
+    truth: Vehicle
+    start: State
+    reference: AnyReference
+    yaw_reference: float
+    settled_within: float  # [m]
+    nominal: bool  # exact model, continuous feedback: the closed-form prediction is the flight itself
+
+    @property
+    def position(self) -> np.ndarray:
+        """Return the positions (n, 3) [m], world."""
+        return self.state[:, 0:3]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Return the velocities (n, 3) [m/s], world."""
+        return self.state[:, 3:6]
+
+    @property
+    def attitude(self) -> np.ndarray:
+        """Return the attitudes (n, 3, 3), body to world."""
+        return self.state[:, 6:15].reshape(-1, 3, 3).swapaxes(1, 2)
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Return the body rates (n, 3) [rad/s]."""
+        return self.state[:, 15:18]
+
+    @property
+    def thrust(self) -> np.ndarray:
+        """Return the thrust zeta1 (n,) [N]."""
+        return self.state[:, 18]
+
+    @property
+    def torque(self) -> np.ndarray:
+        """Return the torques (n, 3) [N m], body."""
+        return self.input[:, 1:]
+
+    @property
+    def internal_state(self) -> np.ndarray:
+        """Return mu (n, 7), Eq. (20): the first two columns of R and the thrust."""
+        return np.column_stack([self.state[:, 6:12], self.state[:, 18]])
+
+    @property
+    def completed(self) -> bool:
+        """Return whether the flight reached its planned end."""
+        return self.status is Status.COMPLETED
+
+    @functools.cached_property
+    def prediction(self) -> Prediction:
+        """Return the closed-form flight of the believed vehicle at the recorded times."""
+        return self.law.predict(self.start, self.reference, self.time, self.yaw_reference)
+
+    def flips(self) -> int:
+        """Return how often the body's third axis went over: completed turns of R e3 in its plane of steepest motion.
+
+        Counted from R alone: the angle swept by R e3 about the mean axis of its motion, in whole turns.
+        """
+        thrust_axis = self.attitude[:, :, 2]
+        sweep = np.cross(thrust_axis[:-1], thrust_axis[1:])
+        axis = sweep.sum(axis=0)
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            return 0
+        axis /= length
+        across = thrust_axis - np.outer(thrust_axis @ axis, axis)
+        angle = np.arctan2(np.cross(across[:-1], across[1:]) @ axis, np.sum(across[:-1] * across[1:], axis=1)).sum()
+        return int(np.floor(abs(angle) / (2 * np.pi) + 1e-6))
+
+    def summary(self) -> Summary:
+        """Return the numbers worth knowing first; printing it shows them as text."""
+        return Summary(_summary(self))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the record as named columns (n,), ready for a table; times first."""
+        columns = {"time_s": self.time}
+        columns |= {name: self.state[:, k] for k, name in enumerate(NAMES)}
+        columns |= {
+            name: self.input[:, k] for k, name in enumerate(("thrust_ddot", "torque_x", "torque_y", "torque_z"))
+        }
+        columns |= {f"xi_{i + 1}{j + 1}": self.transverse_state[:, i, j] for i in range(2) for j in range(4)}
+        columns |= {f"eta_1{j + 1}": self.tangential_state[:, j] for j in range(4)}
+        columns |= {"eta_21": self.yaw_output, "distance_m": self.distance}
+        columns |= {"free_fall_margin_m_s2": self.free_fall_margin, "focal_margin": self.focal_margin}
+        return {name: np.ascontiguousarray(values) for name, values in columns.items()}
+
+
+class Summary(dict[str, Any]):
+    """A nested dictionary of plain numbers whose keys carry units; its text is a short table."""
+
+    def __str__(self) -> str:
+        """Return one line a number, nested keys joined by dots."""
+        lines = _flat(self)
+        width = max(len(key) for key, _ in lines)
+        return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in lines)
+
+
+def _flat(values: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    rows: list[tuple[str, Any]] = []
+    for key, value in values.items():
+        rows += _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else [(prefix + key, value)]
+    return rows
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _summary(record: FlightRecord) -> dict[str, Any]:
+    weight = record.truth.weight
+    predicted = record.prediction.settling_time(record.settled_within)
+    outside = np.flatnonzero(record.distance > record.settled_within)
+    measured = None
+    if not outside.size:
+        measured = 0.0
+    elif outside[-1] < len(record.time) - 1:
+        measured = float(record.time[outside[-1] + 1])
+    after = record.distance[record.time >= predicted]
+    values: dict[str, Any] = {
+        "status": record.status.name.lower(),
+        "message": record.status.value,
+        "end_time_s": float(record.status_time),
+        "settled": bool(record.completed and after.size and after.max() <= record.settled_within),
+        "settled_within_m": record.settled_within,
+        "settling_time_s": {"predicted": None if np.isinf(predicted) else predicted, "measured": measured},
+        "distance_m": {
+            "start": float(record.distance[0]),
+            "final": float(record.distance[-1]),
+            "max": float(record.distance.max()),
+            "max_after_settling": float(after.max()) if after.size else None,
+            "rms_after_settling": float(np.sqrt(np.mean(after**2))) if after.size else None,
+        },
+        "so3_drift": so3.drift(record.attitude),
+        "thrust_N": {"min": float(record.thrust.min()), "max": float(record.thrust.max())},
+        "peak_rate_rad_s": float(np.linalg.norm(record.angular_velocity, axis=1).max()),
+        "peak_torque_N_m": float(np.linalg.norm(record.torque, axis=1).max()),
+        "peak_speed_m_s": float(np.linalg.norm(record.velocity, axis=1).max()),
+        "flips": record.flips(),
+        "margin_min": {
+            "free_fall_m_s2": float(record.free_fall_margin.min()),
+            "focal": float(record.focal_margin.min()),
+        },
+    }
+    if weight > 0:
+        values["thrust_to_weight"] = {
+            "min": values["thrust_N"]["min"] / weight,
+            "max": values["thrust_N"]["max"] / weight,
+        }
+    if record.nominal:
+        values["oracle"] = _oracle(record)
+    return values
+
+
+def _oracle(record: FlightRecord) -> dict[str, float]:
+    """Return the largest departures of the flight from its closed form."""
+    exact = record.prediction
+    return {
+        "max_position_error_m": float(np.linalg.norm(record.position - exact.position, axis=1).max()),
+        "max_transverse_error_m": float(
+            np.abs(record.transverse_state[:, :, 0] - exact.transverse_state[:, :, 0]).max()
+        ),
+        "max_thrust_error_N": float(np.abs(record.thrust - exact.thrust).max()),
+    }

@@ -1,0 +1,178 @@
+"""The oracle: the closed loop has an exact solution, so a nominal flight is known before it is flown.
+
+With an exact model and continuous feedback (xi, eta - reference) obey y' = A y, so y(t) = exp(A t) y(0) by the matrix
+exponential.  The inverse of the output map then gives position and its derivatives, and these give the thrust vector
+F = m (g e3 - K_t - chi'') = zeta1 R e3, hence thrust, tilt and tilt rates.  Nothing here integrates the vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gammastar import engine
+from gammastar.errors import InputError
+from gammastar.law.gains import companion
+from gammastar.law.reference import Reference
+from gammastar.path import Path
+from gammastar.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A flight in closed form; arrays over n times, world frame with third axis down."""
+
+    time: np.ndarray  # (n,) [s]
+    transverse_state: np.ndarray  # (n, 2, 4) components of xi
+    tangential_state: np.ndarray  # (n, 4) eta_1 ... eta_4 in the path's parameter
+    yaw_output: np.ndarray  # (n,) beta(r)
+    position: np.ndarray  # (n, 3) [m]
+    velocity: np.ndarray  # (n, 3) [m/s]
+    acceleration: np.ndarray  # (n, 3) [m/s^2]
+    jerk: np.ndarray  # (n, 3) [m/s^3]
+    snap: np.ndarray  # (n, 3) [m/s^4]
+    thrust: np.ndarray  # (n,) [N], zeta1 = |F|
+    thrust_direction: np.ndarray  # (n, 3), R e3: the body's third axis
+    tilt_rate: np.ndarray  # (n,) [rad/s], sqrt(p^2 + q^2), whatever the heading
+    tilt_acceleration: np.ndarray  # (n,) [rad/s^2], |(p', q')| for r = 0, whatever the heading
+    distance: np.ndarray  # (n,) [m] to the path
+
+    def settling_time(self, tolerance: float) -> float:
+        """Return the time [s] after which the distance stays within a tolerance [m]; infinity if it does not by the last time."""
+        outside = np.flatnonzero(self.distance > tolerance)
+        if not outside.size:
+            return float(self.time[0])
+        return float("inf") if outside[-1] == len(self.time) - 1 else float(self.time[outside[-1] + 1])
+
+
+@dataclass(frozen=True, eq=False)
+class Initial:
+    """Where the chains start: everything the closed form needs to know about the start of a flight."""
+
+    position: np.ndarray  # (3,) [m]
+    parameter: float  # of the nearest point
+    transverse: np.ndarray  # (n, 4) columns xi_1 ... xi_4 as in `PathOutputs`
+    tangential: np.ndarray  # (4,) eta_1 ... eta_4
+    yaw_output: float  # beta(r)
+
+
+def predict(
+    vehicle: Vehicle,
+    path: Path,
+    gains: Mapping[str, np.ndarray],
+    initial: Initial,
+    reference: Reference,
+    yaw_reference: float,
+    times: np.ndarray,
+) -> Prediction:
+    """Return the closed-form flight from where the chains start; `Law.predict` is the door to it.
+
+    Args:
+        vehicle: Mass and constant loads enter; the inertia does not.
+        path: Curve or implicit path.
+        gains: k_1 ... k_4 of 'transverse', 'transverse_2' and 'tangential', k_1 of 'yaw'.
+        initial: The chains at time zero.
+        reference: Along the path.
+        yaw_reference: Constant reference of beta(r).
+        times: (n,) [s], increasing from zero or later.
+
+    Raises:
+        InputError: Times not increasing or negative.
+    """
+    times = np.asarray(times, dtype=float)
+    if (
+        times.ndim != 1
+        or not times.size
+        or times[0] < 0
+        or np.any(np.diff(times) <= 0)
+        or not np.all(np.isfinite(times))
+    ):
+        raise InputError("times must be a growing list of seconds from 0 (got another order or shape); sort them")
+    xi = path.normal_components(np.array([initial.parameter]), initial.transverse[None])[0]
+    chains = [_chain(gains[name], xi[i], times) for i, name in enumerate(("transverse", "transverse_2"))]
+    error = _chain(gains["tangential"], initial.tangential - _jets(reference, np.zeros(1))[0, :4], times)
+    transverse, tangential = np.stack(chains, axis=1), _jets(reference, times) + error
+    yaw_error = initial.yaw_output - yaw_reference
+    derivatives = _positions(path, transverse, tangential, initial)
+    thrust, direction, tilt_rate, tilt_acceleration = _thrust(vehicle, derivatives)
+    return Prediction(
+        times,
+        transverse[:, :, :4],
+        tangential[:, :4],
+        yaw_reference + yaw_error * np.exp(-gains["yaw"][0] * times),
+        *derivatives,
+        thrust,
+        direction,
+        tilt_rate,
+        tilt_acceleration,
+        path.distances(derivatives[0], tangential[:, 0]),
+    )
+
+
+def _chain(gains: np.ndarray, start: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return (n, 5): the chain from its start (4,), and its highest derivative, at times (n,)."""
+    from scipy.linalg import expm
+
+    matrix = companion(gains)
+    uniform = len(times) > 2 and np.allclose(np.diff(times), times[1] - times[0], rtol=1e-9, atol=0)
+    if uniform:  # powers by squaring keep the error at rounding and cost log2(n) products
+        values = _powers(expm(matrix * (times[1] - times[0])), len(times)) @ (expm(matrix * times[0]) @ start)
+    else:
+        values = expm(matrix * times[:, None, None]) @ start
+    return np.column_stack([values, values @ matrix[-1]])
+
+
+def _powers(matrix: np.ndarray, count: int) -> np.ndarray:
+    """Return (count, n, n): the powers 0 ... count - 1 of a matrix."""
+    powers = np.eye(len(matrix))[None]
+    step = matrix
+    while len(powers) < count:
+        powers = np.concatenate([powers, powers @ step])
+        step = step @ step
+    return powers[:count]
+
+
+def _jets(reference: Reference, times: np.ndarray) -> np.ndarray:
+    """Return (n, 5): reference coordinate and derivatives at times (n,)."""
+    symbol = ca.SX.sym("time")
+    jet = ca.Function("jet", [symbol], [ca.densify(reference.jet(symbol))])
+    return np.array(jet.map(len(times))(times[None, :])).T
+
+
+def _positions(
+    path: Path, transverse: np.ndarray, tangential: np.ndarray, initial: Initial
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return position to snap, (n, 3) each, from components (n, 2, 5) and (n, 5), solved one time after the other."""
+    vectors = path.normal_vectors(tangential[:, 0], transverse, initial.parameter)
+    rows = path.components
+    xi, eta, guess = ca.SX.sym("xi", rows, 5), ca.SX.sym("eta", 5), ca.SX.sym("guess", 3)
+    series = path.position_series(xi, eta, guess)
+    results = ca.cse([series.coefficients[0], ca.horzcat(*series.derivatives())])
+    step = ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta)], results)
+    exogenous = np.vstack([vectors.transpose(2, 1, 0).reshape(5 * rows, -1), tangential.T])
+    _, observations = engine.scan(step, initial.position, exogenous)
+    position, velocity, acceleration, jerk, snap = (observations[:, k::5].T for k in range(5))
+    return position, velocity, acceleration, jerk, snap
+
+
+def _thrust(
+    vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return thrust, thrust direction, tilt rate and tilt acceleration from position derivatives."""
+    constant = np.array([0.0, 0.0, vehicle.gravity]) - np.asarray(vehicle.bias_acceleration)
+    force = vehicle.mass * (constant - derivatives[2])
+    force_rate, force_ddot = -vehicle.mass * derivatives[3], -vehicle.mass * derivatives[4]
+    thrust = np.linalg.norm(force, axis=1)
+    direction = force / thrust[:, None]
+
+    def across(vector: Any) -> Any:
+        return vector - direction * np.sum(direction * vector, axis=1, keepdims=True)
+
+    turning = across(force_rate) / thrust[:, None]  # d/dt of R e3, of length sqrt(p^2 + q^2)
+    thrust_rate = np.sum(direction * force_rate, axis=1, keepdims=True)
+    tilting = (across(force_ddot) - 2 * thrust_rate * turning) / thrust[:, None]
+    return thrust, direction, np.linalg.norm(turning, axis=1), np.linalg.norm(tilting, axis=1)

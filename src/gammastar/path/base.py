@@ -1,0 +1,85 @@
+"""What the law needs from a path: two coordinates that vanish on it, one along it, and their derivatives up to snap.
+
+Both kinds of path, implicit and curve, answer with the same `PathOutputs`; nothing above this floor asks which kind it
+was.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gammastar.taylor import Series
+
+ORDER = 4  # outputs are differentiated up to snap, the first derivative that the input reaches
+
+
+@dataclass(frozen=True, eq=False)
+class PathOutputs:
+    """Graph: the outputs (alpha, pi) of Eqs. (10), (13), their derivatives, and how snap enters the fourth ones.
+
+    transverse' s fourth derivative is transverse_drift + transverse_gradient @ snap, and likewise for the tangential
+    one.  For a curve the transverse output is a vector of the normal plane in world axes (n = 3), for an implicit path
+    it is (s1, s2) (n = 2).
+    """
+
+    transverse: Any  # SX (n, 4), columns xi_1 ... xi_4: value to third derivative
+    tangential: Any  # SX (4,), eta_1 ... eta_4 in the path's parameter
+    transverse_drift: Any  # SX (n,)
+    tangential_drift: Any  # SX
+    transverse_gradient: Any  # SX (n, 3)
+    tangential_gradient: Any  # SX (1, 3)
+    focal_margin: Any  # SX, dimensionless: 1 on the path of a curve, 0 where the coordinates break down
+    snap: Any  # callable (transverse_rate SX (n,), tangential_rate SX) -> SX (3,) [m/s^4], world
+
+
+class Path(ABC):
+    """A smooth embedded curve in space; its parameter is tracked as a state, so progress on a closed path never wraps."""
+
+    period: float | None  # length of the parameter interval of a closed path, None for an open one
+    components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
+
+    @abstractmethod
+    def outputs(self, position: Series, parameter: Any) -> PathOutputs:
+        """Graph: return the outputs along a position series (value to jerk; higher coefficients are ignored)."""
+
+    @abstractmethod
+    def track(self, position: Any, parameter: Any) -> Any:
+        """Graph: return the parameter SX of the nearest point, continued from a nearby earlier value."""
+
+    @abstractmethod
+    def position_series(self, transverse: Any, tangential: Any, guess: Any) -> Series:
+        """Graph: return the position series whose outputs these are, the inverse of `outputs` (order = columns - 1).
+
+        Args:
+            transverse: SX (n, k), columns as in `PathOutputs.transverse`.
+            tangential: SX (k,).
+            guess: SX (3,), a position nearby; a curve does not need it.
+        """
+
+    @abstractmethod
+    def start_parameter(self, position: np.ndarray) -> float:
+        """Return the parameter of the point nearest to a position (3,) [m], searched globally."""
+
+    @abstractmethod
+    def points(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3) [m] of the path at parameters (n,)."""
+
+    @abstractmethod
+    def normal_components(self, parameters: np.ndarray, transverse: np.ndarray) -> np.ndarray:
+        """Return transverse outputs (k, n, 4) as two components each, (k, 2, 4), plain derivatives of each other."""
+
+    @abstractmethod
+    def normal_vectors(self, parameters: np.ndarray, components: np.ndarray, reference: float) -> np.ndarray:
+        """Invert `normal_components`; `reference` is the first parameter that was given there."""
+
+    @abstractmethod
+    def distances(self, positions: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Return the distances (n,) [m] of positions (n, 3) to the path, continued from parameters (n,)."""
+
+    def nearest_turn(self, parameter: float, near: float) -> float:
+        """Return `parameter` shifted by whole periods to lie nearest to `near`; unchanged on an open path."""
+        return parameter if self.period is None else parameter + self.period * round((near - parameter) / self.period)
