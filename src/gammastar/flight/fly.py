@@ -21,8 +21,9 @@ from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 MOST_STEPS = 50_000_000  # rows of a record; more would not fit into memory
 SMALLEST_FOCAL_MARGIN = 1e-9
+SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
 LARGEST_TURN = 1.0  # [rad] in one integration step; beyond it no method of fixed step resolves the motion
-NEAR = 1e-2  # a flight that goes non-finite this near to a singularity ended because of it
+NEAR = 0.1  # of a margin's usual size: a flight that breaks down this near to a singularity broke down because of it
 
 
 def fly(
@@ -110,7 +111,7 @@ def fly(
         loop.step(),
         first,
         exogenous,
-        stop=lambda after, seen: _first_bad(after, seen, interval / substeps),
+        stop=lambda after, seen: _first_bad(after, seen, SMALLEST_THRUST * x[18], interval / substeps),
         progress=None if progress is None else lambda done: progress(min(done, steps), steps),
     )
     record = _record(loop, states, observations, exogenous[0], start, wanted, settled_within, steps)
@@ -123,11 +124,11 @@ def fly(
     return record
 
 
-def _first_bad(after: np.ndarray, seen: np.ndarray, step: float) -> int | None:
+def _first_bad(after: np.ndarray, seen: np.ndarray, least_thrust: float, step: float) -> int | None:
     """Return how many steps of a chunk come before the first one that must not be kept, or None."""
     with np.errstate(invalid="ignore", over="ignore"):
         bad = ~(np.isfinite(after).all(axis=0) & np.isfinite(seen).all(axis=0))
-        bad |= ~(after[STATE_SIZE - 2] > 0)
+        bad |= ~(after[STATE_SIZE - 2] > least_thrust)
         bad |= ~(seen[-1] > SMALLEST_FOCAL_MARGIN)
         bad |= ~(np.linalg.norm(after[15:18], axis=0) * step < LARGEST_TURN)
     return int(bad.argmax()) if bad.any() else None
@@ -178,13 +179,13 @@ def _record(
 
 
 def _cause(last: np.ndarray, free_fall: np.ndarray, focal: np.ndarray, loop: ClosedLoop) -> Status:
-    """Return why a flight ended early, from its last good row and the way the margins were going."""
+    """Return why a flight ended early: the nearer of the two singularities, if one is near, in its usual size."""
     step = loop.interval / loop.substeps
-    falling = last[18] + loop.interval * last[19]
-    if focal[-1] < NEAR or (len(focal) > 1 and 2 * focal[-1] - focal[-2] <= 0):
-        return Status.FOCAL_POINT
-    if falling <= 0 or free_fall[-1] < NEAR * free_fall.max():
-        return Status.FREE_FALL
-    if np.linalg.norm(last[15:18]) * step > LARGEST_TURN / 2:
-        return Status.UNRESOLVED
-    return Status.NOT_FINITE
+    nearness = {
+        Status.FOCAL_POINT: min(focal[-1], 2 * focal[-1] - focal[-2] if len(focal) > 1 else 1) / np.median(focal),
+        Status.FREE_FALL: min(last[18], last[18] + loop.interval * last[19]) / loop.truth.mass / np.median(free_fall),
+    }
+    cause = min(nearness, key=lambda status: nearness[status])
+    if nearness[cause] < NEAR:
+        return cause
+    return Status.UNRESOLVED if np.linalg.norm(last[15:18]) * step > LARGEST_TURN / 2 else Status.NOT_FINITE

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from gammastar.law import AnyReference, Law, Prediction
     from gammastar.vehicle import State, Vehicle
 
+SETTLED_SHARE = (
+    0.5  # of settled_within: from when the closed form is this near for good, the flight must keep the whole
+)
+
 
 class Status(enum.Enum):
     """How a flight ended; the value is the sentence to show."""
@@ -156,7 +160,7 @@ def _shown(value: Any) -> str:
 
 def _summary(record: FlightRecord) -> dict[str, Any]:
     weight = record.truth.weight
-    predicted = record.prediction.settling_time(record.settled_within)
+    predicted = record.prediction.settling_time(SETTLED_SHARE * record.settled_within)
     outside = np.flatnonzero(record.distance > record.settled_within)
     measured = None
     if not outside.size:
@@ -164,6 +168,7 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
     elif outside[-1] < len(record.time) - 1:
         measured = float(record.time[outside[-1] + 1])
     after = record.distance[record.time >= predicted]
+    last_quarter = record.distance[record.time >= 0.75 * record.time[-1]]
     values: dict[str, Any] = {
         "status": record.status.name.lower(),
         "message": record.status.value,
@@ -177,6 +182,7 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
             "max": float(record.distance.max()),
             "max_after_settling": float(after.max()) if after.size else None,
             "rms_after_settling": float(np.sqrt(np.mean(after**2))) if after.size else None,
+            "max_last_quarter": float(last_quarter.max()),
         },
         "so3_drift": so3.drift(record.attitude),
         "thrust_N": {"min": float(record.thrust.min()), "max": float(record.thrust.max())},

@@ -14,7 +14,10 @@ TOLERANCE = 1e-12  # relative and absolute, of the transport; far below the flig
 
 
 def transported_normals(
-    tangent_and_rate: Callable[[float], tuple[np.ndarray, np.ndarray]], parameters: np.ndarray, reference: float
+    tangent_and_rate: Callable[[float], tuple[np.ndarray, np.ndarray]],
+    parameters: np.ndarray,
+    tangents: np.ndarray,
+    reference: float,
 ) -> np.ndarray:
     """Return normal frames (n, 3, 2) at parameters (n,), transported along the curve from the parameter `reference`.
 
@@ -22,7 +25,8 @@ def transported_normals(
 
     Args:
         tangent_and_rate: Unit tangent (3,) and its derivative with respect to the parameter.
-        parameters: Where the frames are wanted, in any order.
+        parameters: (n,) where the frames are wanted, in any order.
+        tangents: (n, 3) unit tangents there.
         reference: Where the transport starts.
     """
     from scipy.integrate import solve_ivp
@@ -45,10 +49,10 @@ def transported_normals(
         )
         values = np.tile(first, (len(targets), 1)) if solution is None else solution.y.T
         normals[side] = values if unique[side][0] >= reference else values[::-1]
-    tangents = np.array([tangent_and_rate(float(parameter))[0] for parameter in unique])
+    normals = normals[places]
     normals -= np.sum(normals * tangents, axis=1, keepdims=True) * tangents
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.stack([normals, np.cross(normals, tangents)], axis=-1)[places]
+    return np.stack([normals, np.cross(normals, tangents)], axis=-1)
 
 
 def initial_normals(tangent: np.ndarray) -> np.ndarray:

@@ -120,7 +120,7 @@ class Curve(Path):
         if self.plane_normal is not None:
             second = np.broadcast_to(np.asarray(self.plane_normal), tangents.shape)
             return np.stack([np.cross(tangents, second), second], axis=-1)
-        return bishop.transported_normals(self._tangent_and_rate, parameters, reference)
+        return bishop.transported_normals(self._tangent_and_rate, parameters, tangents, reference)
 
     def normal_components(self, parameters: np.ndarray, transverse: np.ndarray) -> np.ndarray:
         """Return the components (k, 2, 4) of normal vectors (k, 3, 4) in a rotation-minimising frame."""
