@@ -15,6 +15,7 @@ import numpy as np
 from gammastar.taylor import Series
 
 ORDER = 4  # outputs are differentiated up to snap, the first derivative that the input reaches
+JET_ORDER = 5  # derivatives of a curve that enter them off the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,10 @@ class Path(ABC):
     @abstractmethod
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) [m] of the path at parameters (n,)."""
+
+    @abstractmethod
+    def jets(self, parameters: np.ndarray) -> np.ndarray:
+        """Return (n, 6, 3): point and first five derivatives with respect to the parameter, at parameters (n,)."""
 
     @abstractmethod
     def normal_components(self, parameters: np.ndarray, transverse: np.ndarray) -> np.ndarray:

@@ -18,16 +18,14 @@ import casadi as ca
 import numpy as np
 
 from gammastar import taylor
-from gammastar.checks import number
+from gammastar.checks import array, direction, number
 from gammastar.errors import PathError
 from gammastar.path import bishop
-from gammastar.path.base import ORDER, Path, PathOutputs
+from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs
 from gammastar.taylor import Series
 
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
-SMALLEST_SLOPE = (
-    1e-3  # of the tracking equation, relative: inside the focal set Newton would run towards the farthest point
-)
+SMALLEST_SLOPE = 1e-3  # of the tracking equation, relative: inside the focal set Newton would run to the farthest point
 SEARCH_POINTS = 4096  # samples of the global search for the start
 SEARCH_DOUBLINGS = 24  # of the half-width of the search on an open curve
 
@@ -43,9 +41,7 @@ class Curve(Path):
     point: Callable[[Any], Any]  # graph: parameter SX -> three scalars [m], world; any CasADi expression
     period: float | None = None  # of the parameter, for a closed curve
     name: str = "curve"
-    plane_normal: tuple[float, float, float] | None = (
-        None  # unit normal of a planar curve: its normal frame is then closed form
-    )
+    plane_normal: tuple[float, float, float] | None = None  # of a planar curve: its normal frame is then closed form
     domain: tuple[float, float] = (-10.0, 10.0)  # where an open curve is checked, searched first, and drawn
 
     components = 3
@@ -54,9 +50,14 @@ class Curve(Path):
         if self.period is not None:
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
+        low, high = array(self.domain, f"domain of {self.name}", (2,))
+        if not low < high:
+            raise PathError(f"the domain of {self.name} must be an interval (got {low:g} to {high:g}); give low < high")
+        if self.plane_normal is not None:
+            object.__setattr__(self, "plane_normal", tuple(direction(self.plane_normal, "plane_normal")))
         self._check_regular()
 
-    def jet(self, parameter: Any, order: int = ORDER + 1) -> tuple[Any, ...]:
+    def jet(self, parameter: Any, order: int = JET_ORDER) -> tuple[Any, ...]:
         """Graph: return (sigma, sigma', ..., sigma^(order)), SX (3,) each, at a parameter."""
         series = Series((parameter, ca.SX(1), *(ca.SX(0) for _ in range(order - 1))))
         scalars = taylor.through(self._point_function, [series])
@@ -108,6 +109,11 @@ class Curve(Path):
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) [m] at parameters (n,)."""
         return np.column_stack([np.array(c).ravel() for c in self._sampler(np.atleast_1d(parameters)[None, :])])
+
+    def jets(self, parameters: np.ndarray) -> np.ndarray:
+        """Return (n, 6, 3): point and first five derivatives with respect to the parameter, at parameters (n,)."""
+        rows = self._jet_sampler(np.atleast_1d(parameters)[None, :])
+        return np.stack([np.array(row).T for row in rows], axis=1)
 
     def tangents(self, parameters: np.ndarray) -> np.ndarray:
         """Return the unit tangents (n, 3) at parameters (n,)."""
@@ -161,6 +167,11 @@ class Curve(Path):
         return ca.Function("jet", [parameter], list(self.jet(parameter, 2)))
 
     @functools.cached_property
+    def _jet_sampler(self) -> Any:
+        parameter = ca.SX.sym("parameter")
+        return ca.Function("jet", [parameter], ca.cse([ca.densify(row) for row in self.jet(parameter)]))
+
+    @functools.cached_property
     def _tracker(self) -> Any:
         position, parameter = ca.SX.sym("position", 3), ca.SX.sym("parameter")
         return ca.Function("track", [position, parameter], [self.track(position, parameter)])
@@ -186,6 +197,10 @@ class Curve(Path):
             raise PathError(
                 f"{self.name} must be regular (got zero speed at parameter {grid[speeds.argmin()]:.4g}); "
                 "give it a size, or another parameterisation"
+            )
+        if self.plane_normal is not None and np.abs(np.asarray(self.plane_normal) @ values[1] / speeds).max() > 1e-9:
+            raise PathError(
+                f"{self.name} must lie in the plane of its plane_normal (got a tangent out of it); leave it out"
             )
         if self.period is not None:
             gap = float(np.linalg.norm(self.points(np.array(self.domain[:1])) - self.points(np.array(self.domain[1:]))))

@@ -16,7 +16,7 @@ import numpy as np
 from gammastar import taylor
 from gammastar.checks import array, number
 from gammastar.errors import PathError
-from gammastar.path.base import ORDER, Path, PathOutputs
+from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs
 from gammastar.taylor import Series
 
 SEED_STEPS = 50  # Newton steps from the seed onto the path
@@ -129,6 +129,12 @@ class ImplicitPath(Path):
             raise PathError(f"{self.name} could not be traced from its seed; give a seed on the path and a smooth pi")
         return found
 
+    def jets(self, parameters: np.ndarray) -> np.ndarray:
+        """Return (n, 6, 3): point and first five derivatives with respect to pi, at parameters (n,)."""
+        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
+        rows = self._jet_sampler.map(len(wanted))(wanted[None, :], self.points(wanted).T)
+        return np.stack([np.array(row).T for row in rows], axis=1)
+
     def normal_components(self, parameters: np.ndarray, transverse: np.ndarray) -> np.ndarray:
         """Return (s1, s2) and their derivatives as they are: they already are two chains."""
         return transverse
@@ -194,6 +200,13 @@ class ImplicitPath(Path):
     def _point_solver(self) -> Any:
         parameter, guess = ca.SX.sym("parameter"), ca.SX.sym("guess", 3)
         return ca.Function("point", [parameter, guess], [self._solved(ca.vertcat(0, 0, parameter), guess, SOLVE_STEPS)])
+
+    @functools.cached_property
+    def _jet_sampler(self) -> Any:
+        parameter, guess = ca.SX.sym("parameter"), ca.SX.sym("guess", 3)
+        moving = ca.vertcat(parameter, 1, ca.SX.zeros(JET_ORDER - 1))
+        series = self.position_series(ca.SX.zeros(2, JET_ORDER + 1), moving, guess)
+        return ca.Function("jet", [parameter, guess], ca.cse([ca.densify(row) for row in series.derivatives()]))
 
     @functools.cached_property
     def _seed_point(self) -> np.ndarray:
