@@ -65,6 +65,14 @@ class SingularStartError(InputError, ArithmeticError):
         self.margins = margins
 
 
+class PredictionError(GammastarError, ArithmeticError):
+    """The closed form has no position at some time, as beyond a focal point; `time` [s] is the first such time."""
+
+    def __init__(self, message: str, time: float) -> None:
+        super().__init__(message)
+        self.time = time
+
+
 class FlightError(GammastarError, ArithmeticError):
     """A flight ended early and the caller asked to be told; `record` holds the flight until then."""
 

@@ -19,7 +19,7 @@ from gammastar.law import AnyReference, Law, Speed
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
-MOST_STEPS = 50_000_000  # rows of a record; more would not fit into memory
+MOST_STEPS = 5_000_000  # rows of a record, some 2 GB
 SMALLEST_FOCAL_MARGIN = 1e-9
 SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
 LARGEST_TURN = 1.0  # [rad] in one integration step; beyond it no method of fixed step resolves the motion
@@ -71,6 +71,9 @@ def fly(
         SingularStartError: The law has no finite input at the start.
         FlightError: The flight ended early and `throw` is set.
     """
+    for value, kind, name in ((law, Law, "law"), (start, State, "start")):
+        if not isinstance(value, kind):
+            raise InputError(f"{name} must be a gammastar {kind.__name__} (got {type(value).__name__}); make one first")
     if (speed is None) == (reference is None):
         raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import functools
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gammastar import so3
+from gammastar.errors import PredictionError
 from gammastar.vehicle.state import NAMES
 
 if TYPE_CHECKING:
@@ -160,7 +162,10 @@ def _shown(value: Any) -> str:
 
 def _summary(record: FlightRecord) -> dict[str, Any]:
     weight = record.truth.weight
-    predicted = record.prediction.settling_time(SETTLED_SHARE * record.settled_within)
+    try:
+        predicted = record.prediction.settling_time(SETTLED_SHARE * record.settled_within)
+    except PredictionError:
+        predicted = np.inf
     outside = np.flatnonzero(record.distance > record.settled_within)
     measured = None
     if not outside.size:
@@ -201,7 +206,8 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
             "max": values["thrust_N"]["max"] / weight,
         }
     if record.nominal:
-        values["oracle"] = _oracle(record)
+        with contextlib.suppress(PredictionError):
+            values["oracle"] = _oracle(record)
     return values
 
 

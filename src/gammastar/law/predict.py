@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
-from gammastar.errors import InputError
+from gammastar.errors import InputError, PredictionError
 from gammastar.law.gains import companion
 from gammastar.law.reference import Reference
 from gammastar.path import Path
@@ -82,6 +82,7 @@ def predict(
 
     Raises:
         InputError: Times not increasing or negative.
+        PredictionError: The transformed state leaves the image of the output map.
     """
     times = np.asarray(times, dtype=float)
     if (
@@ -98,6 +99,14 @@ def predict(
     transverse, tangential = np.stack(chains, axis=1), _jets(reference, times) + error
     yaw_error = initial.yaw_output - yaw_reference
     derivatives = _positions(path, transverse, tangential, initial)
+    lost = ~np.isfinite(np.hstack(derivatives)).all(axis=1)
+    if lost.any():
+        time = float(times[lost.argmax()])
+        raise PredictionError(
+            f"the closed form must have a position at every time (got none from t = {time:.4g} s on); "
+            "the nominal flight meets a focal point of the path: start elsewhere or change the poles",
+            time,
+        )
     thrust, direction, tilt_rate, tilt_acceleration = _thrust(vehicle, derivatives)
     return Prediction(
         times,

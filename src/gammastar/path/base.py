@@ -42,23 +42,33 @@ class Path(ABC):
 
     period: float | None  # length of the parameter interval of a closed path, None for an open one
     components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
+    data_size: int = 0  # numbers that the graph needs beside the parameter, such as the coefficients of a segment
+
+    def data(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the path's data (data_size, n) at parameters (n,); a `place` is a parameter followed by its data."""
+        return np.zeros((0, len(np.atleast_1d(parameters))))
 
     @abstractmethod
-    def outputs(self, position: Series, parameter: Any) -> PathOutputs:
+    def outputs(self, position: Series, place: Any) -> PathOutputs:
         """Graph: return the outputs along a position series (value to jerk; higher coefficients are ignored)."""
 
     @abstractmethod
-    def track(self, position: Any, parameter: Any) -> Any:
-        """Graph: return the parameter SX of the nearest point, continued from a nearby earlier value."""
+    def track(self, position: Any, place: Any) -> Any:
+        """Graph: return the parameter SX of the nearest point, continued from a nearby earlier place SX (1 + data_size,)."""
 
     @abstractmethod
-    def position_series(self, transverse: Any, tangential: Any, guess: Any) -> Series:
+    def foot(self, position: Any, place: Any) -> Any:
+        """Graph: return the point SX (3,) of the path at a tracked place; `position` is a guess where one is needed."""
+
+    @abstractmethod
+    def position_series(self, transverse: Any, tangential: Any, guess: Any, data: Any = None) -> Series:
         """Graph: return the position series whose outputs these are, the inverse of `outputs` (order = columns - 1).
 
         Args:
             transverse: SX (n, k), columns as in `PathOutputs.transverse`.
             tangential: SX (k,).
             guess: SX (3,), a position nearby; a curve does not need it.
+            data: SX (data_size,), of a path that has any.
         """
 
     @abstractmethod

@@ -20,6 +20,7 @@ from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs
 from gammastar.taylor import Series
 
 SEED_STEPS = 50  # Newton steps from the seed onto the path
+FOOT_STEPS = 8  # Newton steps from a position off the path to its foot
 SOLVE_STEPS = 4  # Newton steps from a neighbouring solution
 TABLE_STEP = 0.05  # [units of pi] between solutions traced one from the other
 DISTANCE_STEPS = 8  # of the sequential projection that polishes a distance
@@ -61,8 +62,8 @@ class ImplicitPath(Path):
                 f"{self._seed_point.round(6).tolist()}); choose functions with nonzero independent gradients"
             )
 
-    def outputs(self, position: Series, parameter: Any) -> PathOutputs:
-        """Graph: return the outputs along a position series; pi continues `parameter`, whole periods included."""
+    def outputs(self, position: Series, place: Any) -> PathOutputs:
+        """Graph: return the outputs along a position series; pi continues the parameter, whole periods included."""
         chi = Series((*position.coefficients[:ORDER], ca.SX(3, 1)))
         rows = [Series(tuple(c[i] for c in chi.coefficients)) for i in range(3)]
         first, second, along = (s.derivatives() for s in taylor.through(self._functions, rows))
@@ -78,7 +79,7 @@ class ImplicitPath(Path):
 
         return PathOutputs(
             transverse=ca.vertcat(ca.horzcat(*first[:ORDER]), ca.horzcat(*second[:ORDER])),
-            tangential=ca.vertcat(self._continued(along[0], parameter), *along[1:ORDER]),
+            tangential=ca.vertcat(self._continued(along[0], place), *along[1:ORDER]),
             transverse_drift=ca.vertcat(first[ORDER], second[ORDER]),
             tangential_drift=along[ORDER],
             transverse_gradient=gradient[:2, :],
@@ -87,11 +88,15 @@ class ImplicitPath(Path):
             snap=snap,
         )
 
-    def track(self, position: Any, parameter: Any) -> Any:
-        """Graph: return pi(position), shifted by whole periods to continue `parameter`."""
-        return self._continued(self._functions(*ca.vertsplit(position))[2], parameter)
+    def track(self, position: Any, place: Any) -> Any:
+        """Graph: return pi(position), shifted by whole periods to continue the parameter."""
+        return self._continued(self._functions(*ca.vertsplit(position))[2], place)
 
-    def position_series(self, transverse: Any, tangential: Any, guess: Any) -> Series:
+    def foot(self, position: Any, place: Any) -> Any:
+        """Graph: return the point of the path with this pi, by Newton steps from a position nearby."""
+        return self._solved(ca.vertcat(0, 0, place), position, FOOT_STEPS)
+
+    def position_series(self, transverse: Any, tangential: Any, guess: Any, data: Any = None) -> Series:
         """Graph: return the position series with these outputs: Newton steps, then one linear solve a derivative."""
         order = tangential.shape[0] - 1
         targets = [
