@@ -1,5 +1,7 @@
 """gammastar: fly underactuated vehicles along smooth curves exactly, from any attitude."""
 
+import typing as _typing
+
 from gammastar import errors, so3
 from gammastar.flight import INTEGRATORS, FlightRecord, SensorNoise, Status, fly
 from gammastar.law import Law, Point, Prediction, Ramp, Speed, Stop, design
@@ -8,11 +10,12 @@ from gammastar.path import catalogue as paths
 from gammastar.vehicle import State, Vehicle
 
 __all__ = [
-    "INTEGRATORS",
     "Curve",
     "FlightRecord",
+    "INTEGRATORS",
     "ImplicitPath",
     "Law",
+    "Mission",
     "Point",
     "Prediction",
     "Ramp",
@@ -25,7 +28,17 @@ __all__ = [
     "design",
     "errors",
     "fly",
+    "load_mission",
     "paths",
     "so3",
 ]
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> _typing.Any:
+    """Load mission files on first use: reading TOML takes a library that a flight in Python does not need."""
+    if name in {"Mission", "load_mission"}:
+        from gammastar import mission
+
+        return mission.Mission if name == "Mission" else mission.load
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

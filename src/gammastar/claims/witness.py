@@ -14,7 +14,7 @@ import numpy as np
 from gammastar.claims.symbols import extended_system
 from gammastar.law import Law, design
 from gammastar.path import Path, catalogue
-from gammastar.path.curve import outputs_from_jet
+from gammastar.path.jet import outputs_from_jet
 from gammastar.taylor import Series
 from gammastar.vehicle import State, Vehicle, join, split
 

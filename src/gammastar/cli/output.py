@@ -1,0 +1,111 @@
+"""What the verbs print: results on stdout, as text for people or one JSON object for programs; progress on stderr, if it is a terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+HIDDEN = ("mission", "message", "versions")  # of a flight's table: they stand around it, or in the JSON object only
+MARKS = {"holds": "green", "definition": "green", "misprint": "yellow", "false": "yellow", "failed": "bold red"}
+
+
+def text(words: str, end: str = "\n") -> None:
+    """Print plain text on stdout."""
+    print(words, end=end, flush=True)
+
+
+def json_object(values: Mapping[str, Any]) -> None:
+    """Print one JSON object on stdout."""
+    from gammastar.report.folder import to_json
+
+    text(to_json(values), end="")
+
+
+def flight(summary: Mapping[str, Any], files: Sequence[Path], as_json: bool) -> None:
+    """Print a flight: title, numbers, where the files are, and how it ended."""
+    if as_json:
+        json_object({**summary, "files": [str(file) for file in files]})
+    else:
+        _flight_as_text(summary, files)
+    if summary["status"] != "completed":
+        print(f"the flight ended at {summary['end_time_s']:g} s: {summary['message']}", file=sys.stderr)
+
+
+def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
+    from gammastar.flight.record import Summary
+
+    numbers = Summary({key: value for key, value in summary.items() if key not in HIDDEN})
+    lines = [str(summary["mission"]), "", str(numbers), ""]
+    if files:
+        lines += [f"wrote {files[0].parent}: {', '.join(file.name for file in files)}", ""]
+    text("\n".join([*lines, f"{summary['end_time_s']:g} s: {summary['message']}"]))
+
+
+def missions(titles: Mapping[str, str], as_json: bool) -> None:
+    """Print names and titles of missions."""
+    if as_json:
+        json_object({"missions": [{"name": name, "title": title} for name, title in titles.items()]})
+        return
+    width = max(map(len, titles))
+    text("\n".join(f"{name:<{width}}  {title}" for name, title in titles.items()))
+
+
+def reproduction(result: Mapping[str, Any], out: Path, as_json: bool) -> None:
+    """Print where a reproduction was written."""
+    if as_json:
+        json_object(result)
+    else:
+        text(f"wrote the figures of section VI and their index page to {out}")
+
+
+def claims(results: Sequence[Mapping[str, Any]], as_json: bool) -> None:
+    """Print the verdict on every claim."""
+    counts = {verdict: sum(result["verdict"] == verdict for result in results) for verdict in MARKS}
+    if as_json:
+        json_object({"claims": list(results), "verdicts": counts})
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("claim", "verdict", "how", "evidence", show_lines=True)
+    for result in results:
+        evidence = result["evidence"] + (f"\nread instead: {result['correction']}" if result["correction"] else "")
+        verdict = Text(result["verdict"], style=MARKS[result["verdict"]])
+        table.add_row(Text(result["key"]), verdict, Text(result["method"]), Text(evidence))
+    console = Console()
+    console.print(table)
+    console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count), highlight=False)
+
+
+@contextmanager
+def progress(verb: str) -> Iterator[Callable[[int, int], None] | None]:
+    """Yield what draws a bar from (done, in all) on a terminal, or None where nobody would see it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(verb, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def counter(verb: str, total: int) -> Iterator[Callable[[Any], None] | None]:
+    """Yield what advances a bar by one whenever it is called with a result, or None where nobody would see it."""
+    with progress(verb) as draw:
+        if draw is None:
+            yield None
+            return
+        finished: list[Any] = []
+
+        def count(result: Any) -> None:
+            finished.append(result)
+            draw(len(finished), total)
+
+        yield count

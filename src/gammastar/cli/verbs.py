@@ -1,0 +1,131 @@
+"""The verbs of the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gammastar import __version__, mission
+from gammastar.cli import output
+from gammastar.errors import MissionError
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help="Fly underactuated vehicles along smooth curves exactly, from any attitude.",
+    epilog="Exit codes: 0 done, 1 a flight ended early or a claim failed, 2 input that cannot be used, 130 interrupted.",
+)
+
+MissionName = Annotated[
+    str, typer.Argument(metavar="MISSION", help="A built-in name (see: gammastar missions) or a TOML file.")
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value, such as path.radius=2 or start.position=[0,1,2]; repeatable.",
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
+
+
+@app.callback(invoke_without_command=True)
+def start(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """Print the version, or the help when no verb is given."""
+    if version:
+        output.text(f"gammastar {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        output.text(context.get_help())
+        raise typer.Exit
+
+
+@app.command()
+def fly(
+    name: MissionName,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write mission.toml, flight.parquet, summary.json and figures there."),
+    ] = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+    figures: Annotated[bool, typer.Option(help="Whether --out draws figures.")] = True,
+) -> int:
+    """Fly a mission and print its numbers."""
+    from gammastar.report.folder import flight_summary, require_libraries, require_place, write_folder
+
+    chosen = _mission(name, changes)
+    if out is not None:
+        require_place(out)
+        require_libraries(figures)
+    with output.progress("flying") as progress:
+        record = chosen.fly(progress)
+    summary = flight_summary(chosen, record, __version__)
+    files = write_folder(out, chosen, record, summary, figures) if out is not None else []
+    output.flight(summary, files, as_json)
+    return 0 if record.completed else 1
+
+
+@app.command()
+def missions(as_json: AsJson = False) -> None:
+    """List the built-in missions."""
+    output.missions({name: mission.load(name).title for name in mission.names()}, as_json)
+
+
+@app.command()
+def show(name: MissionName, changes: Changes = None, as_json: AsJson = False) -> None:
+    """Print a mission as TOML with every default written out; it can be flown again."""
+    chosen = _mission(name, changes)
+    if as_json:
+        output.json_object(chosen.values())
+    else:
+        output.text(chosen.toml(), end="")
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where figures and the index page go.")] = Path(
+        "out/reproduce"
+    ),
+    as_json: AsJson = False,
+) -> None:
+    """Draw Figures 3 to 17 of the paper and an index page that sets our numbers beside them."""
+    from gammastar.report.folder import require_place
+    from gammastar.report.reproduce import reproduce as draw
+
+    require_place(out)
+    with output.progress("drawing") as progress:
+        output.reproduction(draw(out, progress), out, as_json)
+
+
+@app.command()
+def claims(as_json: AsJson = False) -> int:
+    """Check every equation, lemma and objective of the paper and print the verdicts."""
+    from gammastar.claims import Verdict, all_claims, check
+
+    listed = all_claims()
+    with output.counter("checking", len(listed)) as count:
+        results = check(listed, count)
+    output.claims([result.as_dict() for result in results], as_json)
+    return 1 if any(result.verdict is Verdict.FAILED for result in results) else 0
+
+
+def _mission(name: str, changes: list[str] | None) -> mission.Mission:
+    """Return the mission of a name or file, with the values of every --set."""
+    values: dict[str, Any] = {}
+    for change in changes or []:
+        key, sign, text = change.partition("=")
+        if not sign or not key.strip():
+            raise MissionError(
+                f'--set must have the form key=value (got "{change}"); write for example --set path.radius=2', key
+            )
+        values[key.strip()] = mission.value(text.strip())
+    chosen = mission.load(name)
+    return chosen.with_values(values) if values else chosen

@@ -1,0 +1,84 @@
+"""Find a mission by name or file and read it."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from gammastar.errors import MissionError, UnknownNameError
+from gammastar.mission.complaint import within
+from gammastar.mission.mission import Mission
+
+LARGEST_FILE = 1_000_000  # [bytes]; a mission has a few thousand
+
+
+def names() -> list[str]:
+    """Return the names of the missions that come with gammastar."""
+    return sorted(file.name.removesuffix(".toml") for file in _shelf().iterdir() if file.name.endswith(".toml"))
+
+
+def load(name_or_path: str | os.PathLike[str]) -> Mission:
+    """Return a built-in mission by its name, or the mission of a TOML file by its path.
+
+    Raises:
+        UnknownNameError: Neither a built-in name nor a file.
+        MissionError: The file cannot be read, is not TOML, or has an unknown or missing key or a value of the wrong type.
+        GammastarError: The numbers cannot be flown.
+    """
+    if isinstance(name_or_path, str) and name_or_path in names():
+        return parse((_shelf() / f"{name_or_path}.toml").read_text(encoding="utf-8"))
+    path = Path(name_or_path)
+    looks_like_a_name = isinstance(name_or_path, str) and path.suffix != ".toml" and len(path.parts) == 1
+    if looks_like_a_name and not path.exists():
+        raise UnknownNameError("mission, unless it is a file,", name_or_path, names())
+    with within(f"{path}:"):
+        return parse(_text(path))
+
+
+def parse(text: str) -> Mission:
+    """Return the mission of a text in TOML; raises as `load` does."""
+    return Mission.from_values(_tables(text))
+
+
+def value(text: str) -> Any:
+    """Return a TOML value, or the text itself when it is none: 2.5, [0, 0, 1], true, and enu all mean what they look like."""
+    try:
+        tables = _tables(f"value = {text}")
+    except MissionError:
+        return text
+    return tables["value"] if set(tables) == {"value"} else text
+
+
+def _tables(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        cause = "it is nested too deeply" if isinstance(error, RecursionError) else " ".join(str(error).split())
+        raise MissionError(f"a mission must be TOML (got: {cause}); correct it there") from error
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file, or raise `MissionError`."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        got = "a directory" if path.is_dir() else (error.strerror or str(error)).lower()
+        raise MissionError(
+            f"a mission must be a file that can be read (got: {got}); give the path of a TOML file"
+        ) from error
+    if len(content) > LARGEST_FILE:
+        raise MissionError(f"a mission must have at most {LARGEST_FILE} bytes (got more); is this the right file?")
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise MissionError(
+            f"a mission must be text in UTF-8 (got byte {content[error.start]:#04x} at {error.start}); save it as UTF-8"
+        ) from error
+
+
+def _shelf() -> Any:
+    return resources.files("gammastar") / "missions"

@@ -1,0 +1,215 @@
+"""A mission: everything a flight needs, from one TOML file, checked and built."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import tomli_w
+from pydantic import ValidationError
+
+from gammastar.errors import MissionError
+from gammastar.flight import FlightRecord, SensorNoise, fly
+from gammastar.flight.loop import interval_of
+from gammastar.law import AnyReference, Law, design
+from gammastar.law.design import CHAINS
+from gammastar.mission import turn
+from gammastar.mission.complaint import complaint, shown, within
+from gammastar.mission.sections import YAW_OUTPUTS, MissionFile, StartSection
+from gammastar.vehicle import State, Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class Mission:
+    """A mission that can be flown: what would refuse the flight at its start refuses the mission.
+
+    Two missions are equal when they are the same once every default is written out.
+
+    Raises:
+        GammastarError: The fitting error of the part that cannot be built, with its section in front.
+    """
+
+    file: MissionFile  # as written, in the mission's frame
+
+    def __post_init__(self) -> None:
+        with within("[start]"):
+            _, parameter = self._law.start_vector(self._start)
+        with within("[reference]"):
+            self._reference.resolved(self._law.path, parameter)
+        with within("[controller]"):
+            interval_of(self.file.controller.feedback, self.file.flight.step, self.file.controller.rate)
+        self._built()
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> Mission:
+        """Return the mission of nested values, as a TOML parser or a caller in Python gives them.
+
+        Raises:
+            MissionError: An unknown or missing key or a value of the wrong type.
+            GammastarError: The numbers cannot be flown.
+        """
+        try:
+            file = MissionFile.model_validate(_plain(values))
+        except ValidationError as error:
+            raise complaint(error) from None
+        return cls(file)
+
+    def with_values(self, changes: Mapping[str, Any]) -> Mission:
+        """Return the mission with some values changed, named by dotted keys such as 'path.radius'.
+
+        What the mission leaves open stays open: a start thrust that is the weight follows a changed mass.
+        """
+        values = _plain(self.file.model_dump(exclude_unset=True))
+        for key, value in changes.items():
+            _put(values, key, value)
+        return Mission.from_values(values)
+
+    @property
+    def title(self) -> str:
+        """Return what the mission is called, one line."""
+        return self.file.title
+
+    @property
+    def frame(self) -> str:
+        """Return the frame of the mission's numbers, 'ned' or 'enu'."""
+        return self.file.frame
+
+    @property
+    def start_attitude_distance(self) -> float:
+        """Return how far the given attitude was from a rotation: Frobenius distance, or a quaternion's length less one."""
+        return max(self._start.attitude_distance, self.file.start.rotation()[1])
+
+    def law(self) -> Law:
+        """Return the law that the mission designs."""
+        return self._law
+
+    def start(self) -> State:
+        """Return the start, in `ned`."""
+        return self._start
+
+    def fly(self, progress: Callable[[int, int], None] | None = None) -> FlightRecord:
+        """Fly the mission and return its record, in `ned`; progress is called with (steps done, steps in all)."""
+        controller, flight = self.file.controller, self.file.flight
+        return fly(
+            self._law,
+            self._start,
+            reference=self._reference,
+            duration=flight.duration,
+            step=flight.step,
+            feedback=controller.feedback,
+            rate=controller.rate,
+            integrator=flight.integrator,
+            truth=None if self._truth is self._law.vehicle else self._truth,
+            noise=self._noise,
+            seed=flight.seed,
+            yaw_reference=turn.yaw_in_ned(controller.yaw_reference, self.frame),
+            settled_within=flight.settled_within,
+            progress=progress,
+        )
+
+    def values(self) -> dict[str, Any]:
+        """Return the mission as nested plain values with every default written out."""
+        values: dict[str, Any] = _plain(self.file.model_dump(exclude_none=True))
+        chains = [chain for chain in CHAINS if chain != "transverse_2" or self._law.path.components == 2]
+        values["controller"]["poles"] = {
+            chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in self._law.poles[chain]]
+            for chain in chains
+        }
+        start = {"thrust": self._law.vehicle.weight} | values["start"]
+        if not {"attitude", "quaternion"} & set(start):
+            start = {"roll": 0.0, "pitch": 0.0, "yaw": 0.0} | start
+        values["start"] = {key: start[key] for key in StartSection.model_fields if key in start}
+        return values
+
+    def toml(self) -> str:
+        """Return the mission as TOML with every default written out; loading it gives an equal mission and the same flight."""
+        return re.sub(r"(?<== )\[$.*?^\]$", _one_line, tomli_w.dumps(self.values()), flags=re.DOTALL | re.MULTILINE)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mission) and self.values() == other.values()
+
+    def __hash__(self) -> int:
+        return hash(self.toml())
+
+    def __reduce__(self) -> Any:
+        return Mission.from_values, (self.file.model_dump(exclude_unset=True),)
+
+    def _built(self) -> tuple[Vehicle, SensorNoise | None]:
+        """Return what nothing else above has asked for yet; building it is its check."""
+        return self._truth, self._noise
+
+    @functools.cached_property
+    def _law(self) -> Law:
+        file, controller = self.file, self.file.controller
+        with within("[vehicle]"):
+            vehicle = turn.vehicle_in_ned(Vehicle(**file.vehicle.arguments()), self.frame)
+        with within("[path]"):
+            path = turn.path_in_ned(file.path.factory(), file.path.arguments(), self.frame)
+        with within("[controller]"):
+            return design(vehicle, path, controller.design_poles(), YAW_OUTPUTS[controller.yaw_output])
+
+    @functools.cached_property
+    def _start(self) -> State:
+        start = self.file.start
+        with within("[start]"):
+            return turn.state_in_ned(
+                start.position,
+                start.velocity,
+                start.rotation()[0],
+                start.angular_velocity,
+                self.frame,
+                thrust=start.thrust,
+                thrust_rate=start.thrust_rate,
+            )
+
+    @functools.cached_property
+    def _reference(self) -> AnyReference:
+        with within("[reference]"):
+            reference: AnyReference = self.file.reference.factory()(**self.file.reference.arguments())
+            return reference
+
+    @functools.cached_property
+    def _truth(self) -> Vehicle:
+        with within("[truth]"):
+            return self.file.truth.vehicle(self._law.vehicle)
+
+    @functools.cached_property
+    def _noise(self) -> SensorNoise | None:
+        if self.file.noise is None:
+            return None
+        if self.file.controller.rate is None:
+            raise MissionError(
+                f'[noise] needs a control rate (got feedback {self.file.controller.feedback} without one); set feedback = "middle" and '
+                "rate, such as 400, in [controller]",
+                "controller.rate",
+            )
+        return self.file.noise.at(self.file.controller.rate)
+
+
+def _put(values: dict[str, Any], key: str, value: Any) -> None:
+    """Set one value of nested dictionaries by its dotted key; sections that are not there yet are made."""
+    *sections, name = key.split(".")
+    table = values
+    for depth, section in enumerate(sections):
+        table = table.setdefault(section, {})
+        if not isinstance(table, dict):
+            whole = ".".join(sections[: depth + 1])
+            raise MissionError(f"{key} must lie in a table (got {whole} = {shown(table)}); set {whole} as a whole", key)
+    table[name] = value
+
+
+def _plain(value: Any) -> Any:
+    """Return nested values as dictionaries, lists and scalars; arrays of NumPy become lists."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return _plain(value.tolist()) if hasattr(value, "tolist") else value
+
+
+def _one_line(array: re.Match[str]) -> str:
+    """Return a TOML array on one line; our arrays hold numbers only."""
+    return re.sub(r",\]", "]", "".join(array[0].split())).replace(",", ", ")

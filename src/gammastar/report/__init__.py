@@ -1,0 +1,1 @@
+"""What leaves the house: the folder of a flight, and the paper's section VI drawn again."""
