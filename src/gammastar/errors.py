@@ -44,9 +44,8 @@ class UnknownNameError(InputError, LookupError):
     def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
         self.name = str(name)
         self.known = sorted(known)
-        super().__init__(
-            f"{what} must be one of {', '.join(self.known)} (got {self.name!r}){suggestion(self.name, self.known)}"
-        )
+        remedy = suggestion(self.name, self.known) or "; choose one of them"
+        super().__init__(f"{what} must be one of {', '.join(self.known)} (got {self.name!r}){remedy}")
 
 
 class MissionError(InputError):

@@ -106,20 +106,20 @@ class FlightRecord:
         return self.law.predict(self.start, self.reference, self.time, self.yaw_reference)
 
     def flips(self) -> int:
-        """Return how often the body's third axis went over: completed turns of R e3 in its plane of steepest motion.
+        """Return how often the vehicle went over: upright, upside down and upright again on the other side.
 
-        Counted from R alone: the angle swept by R e3 about the mean axis of its motion, in whole turns.
+        Counted from R alone.  The third body axis R e3 crosses the horizontal downwards and upwards; a stay below that is deeper than
+        30 degrees is a flip when the two crossings point to opposite sides, and none when the vehicle came back the way it went.
         """
-        thrust_axis = self.attitude[:, :, 2]
-        sweep = np.cross(thrust_axis[:-1], thrust_axis[1:])
-        axis = sweep.sum(axis=0)
-        length = float(np.linalg.norm(axis))
-        if length < 1e-9:
-            return 0
-        axis /= length
-        across = thrust_axis - np.outer(thrust_axis @ axis, axis)
-        angle = np.arctan2(np.cross(across[:-1], across[1:]) @ axis, np.sum(across[:-1] * across[1:], axis=1)).sum()
-        return int(np.floor(abs(angle) / (2 * np.pi) + 1e-6))
+        axis = self.attitude[:, :, 2]
+        above = axis[:, 2] > 0
+        leaving = np.flatnonzero(above[:-1] & ~above[1:]) + 1
+        count = 0
+        for begin in leaving:
+            back = np.flatnonzero(above[begin:])
+            if back.size and axis[begin : begin + back[0], 2].min() < -0.5:
+                count += bool(axis[begin, :2] @ axis[begin + back[0], :2] < 0)
+        return count
 
     def summary(self) -> Summary:
         """Return the numbers worth knowing first; printing it shows them as text."""
