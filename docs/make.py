@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import gammastar as gs
+from gammastar import mission
 from gammastar.figures import animate, save, scene, style
 from gammastar.figures.quadrotor import close_up
 
@@ -31,11 +32,7 @@ def main(folder: Path = IMAGES) -> list[Path]:
 
 def flight() -> gs.FlightRecord:
     """Return the first ten seconds of the paper's upside-down scenario: recovery, and half a lap on the circle."""
-    vehicle = gs.Vehicle(mass=0.1, inertia=(0.0177, 0.0177, 0.0344), gravity=9.8)
-    path = gs.paths.circle(1.0, (0, 0, 10), kind="implicit", coordinates="quadratic")
-    attitude = [[1, 0, 0], [0, -0.9998, -0.0175], [0, 0.0175, -0.9998]]
-    start = gs.State(position=(3.2, 5, 0), attitude=attitude)
-    return gs.fly(gs.design(vehicle, path), start, speed=1.0, duration=10)
+    return mission.load("upside-down").with_values({"flight.duration": 10.0}).fly()
 
 
 def readme_picture(record: gs.FlightRecord) -> Any:

@@ -11,11 +11,11 @@ import gammastar as gs
 from gammastar import mission
 from gammastar.report import judgement
 from gammastar.report.effort import effort
-from gammastar.report.judgement import Context, Verdict
 from gammastar.report.measures import measures
 from gammastar.report.messages import MESSAGES, SCENARIOS, SHOWN
 from gammastar.report.page import page
 from gammastar.report.reproduce import reproduce
+from gammastar.report.verdict import Context, Verdict
 
 FIGURES = range(3, 18)
 

@@ -1,8 +1,8 @@
 """One look for every figure: palette, sizes, panels over time, and how a panel is dressed.
 
 Figures are made with matplotlib's object interface and every property is set here, so nothing stays behind.  What renders one
-holds `RENDERING`: matplotlib's parser of formulas is one for the whole process.  The palette is that of M. Okabe and K. Ito, Color Universal Design (2008), told apart in every common form
-of colour blindness.
+holds `RENDERING`: matplotlib's parser of formulas is one for the whole process.  The palette is that of M. Okabe and K. Ito,
+Color Universal Design (2008), told apart in every common form of colour blindness.
 """
 
 from __future__ import annotations

@@ -61,7 +61,8 @@ def require_place(folder: Path) -> None:
 
 def require_libraries(figures: bool = True) -> None:
     """Raise `MissingExtraError` now if pyarrow, or matplotlib when figures are wanted, would be missing in `write_folder`."""
-    _parquet()
+    if rows:
+        _parquet()
     if figures:
         from gammastar.figures import style
 

@@ -2,44 +2,15 @@
 
 from __future__ import annotations
 
-import enum
-from dataclasses import dataclass
-from typing import Any
-
 from gammastar.figures.windows import distance_text
 from gammastar.report.measures import Measures
+from gammastar.report.verdict import Context, Judgement, Verdict
 
-STILL = 1e-6  # what counts as zero over the last lap of an exact flight; its decay has reached rounding, near 1e-12
+STILL = 1e-6  # what counts as zero over the last lap of an exact flight; at the default poles the decay has reached 1e-8 there
 SPEED = 1.0  # [rad/s] and, at a radius of 1 m, [m/s]: section VI's eta_12^ref
 SPEED_TOLERANCE = 0.02  # of "about one metre per second"
 PLAUSIBLE_ARM = 0.4  # [m] of a rotor; the 4.34 kg vehicle of Lee, Leok, McClamroch (CDC 2010) has 0.315 m
 NOISY_TOLERANCE = 0.1  # [m/s] of "about one metre per second" with sensor noise, chosen by us
-
-
-class Verdict(enum.Enum):
-    """Whether the paper's message about a figure holds in our flight."""
-
-    HOLDS = "holds"
-    PARTLY = "holds in part"
-    FAILS = "does not hold"
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """A verdict, the numbers it rests on, and what to know about it."""
-
-    verdict: Verdict
-    numbers: tuple[tuple[str, str], ...]  # what, and its value with unit
-    remark: str = ""
-
-
-@dataclass(frozen=True)
-class Context:
-    """What a message is judged by."""
-
-    own: Measures
-    others: dict[str, Measures]  # by scenario
-    effort: dict[str, Any]
 
 
 def judge_path(context: Context) -> Judgement:

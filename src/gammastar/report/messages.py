@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from gammastar.report import judgement
-from gammastar.report.judgement import Context, Judgement
+from gammastar.report.verdict import Context, Judgement
 
 SCENARIOS = {
     "upright": ("VI-A", "Almost upright start"),

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from gammastar.report.judgement import Judgement, Verdict
 from gammastar.report.messages import SCENARIOS, Message
+from gammastar.report.verdict import Judgement, Verdict
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #222; --faint: #666; --line: #ddd; --paper: #fff; --card: #f6f6f6; }

@@ -19,10 +19,10 @@ from gammastar.flight import FlightRecord
 from gammastar.law.gains import describe
 from gammastar.report.effort import effort_table
 from gammastar.report.folder import to_json
-from gammastar.report.judgement import Context, Judgement
 from gammastar.report.measures import measures
 from gammastar.report.messages import MESSAGES, SCENARIOS, Message
 from gammastar.report.page import page
+from gammastar.report.verdict import Context, Judgement
 
 FLIGHT_SHARE, EFFORT_SHARE = (
     10,
