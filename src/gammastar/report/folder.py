@@ -61,8 +61,7 @@ def require_place(folder: Path) -> None:
 
 def require_libraries(figures: bool = True) -> None:
     """Raise `MissingExtraError` now if pyarrow, or matplotlib when figures are wanted, would be missing in `write_folder`."""
-    if rows:
-        _parquet()
+    _parquet()
     if figures:
         from gammastar.figures import style
 
