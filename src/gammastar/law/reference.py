@@ -122,11 +122,20 @@ class Stop:
         begin, duration, speed = self.braking_start(path, start), self.braking_time, self.speed
 
         def coordinate(time: Any) -> Any:
-            u = ca.fmin(ca.fmax((time - begin) / duration, 0), 1)
-            covered = u - (7 * u**5 - 14 * u**6 + 10 * u**7 - 2.5 * u**8)  # integral of 1 - S, one half at u = 1
-            return start + speed * (ca.fmin(time, begin) + duration * covered)
+            return start + speed * (time - covered(time, begin, duration))
 
         return Reference(coordinate)
+
+
+def covered(time: Any, begin: float, duration: float) -> Any:
+    """Graph: return what a speed that rises smoothly from 0 to 1 between begin and begin + duration has covered by a time.
+
+    The speed is S(u) = 35 u^4 - 84 u^5 + 70 u^6 - 20 u^7, whose first three derivatives vanish at both ends.  Both clamps act
+    through the same u, so at the very instants of the joints one slope replaces the other and none is counted twice.
+    """
+    since = ca.fmax(time - begin, 0)
+    u = ca.fmin(since / duration, 1)
+    return duration * (7 * u**5 - 14 * u**6 + 10 * u**7 - 2.5 * u**8) + since - duration * u
 
 
 AnyReference = Speed | Ramp | Point | Stop
