@@ -23,6 +23,14 @@ def number(value: object, name: str, *, above: float | None = None, at_least: fl
     return result
 
 
+def whole(value: object, name: str) -> int:
+    """Return a whole number from zero, or raise `InputError` naming it."""
+    result = number(value, name, at_least=0)
+    if result != int(result):
+        raise InputError(f"{name} must be a whole number (got {result:g}); round it")
+    return int(result)
+
+
 def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
     """Return a finite float array of one shape, read-only, or raise `ShapeError` naming it."""
     try:

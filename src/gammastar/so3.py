@@ -169,9 +169,10 @@ def project(matrix: ArrayLike, limit: float = PROJECTION_LIMIT) -> tuple[np.ndar
     left, _, right = np.linalg.svd(M)
     sign = np.sign(np.linalg.det(left @ right))
     rotation = left @ np.diag([1.0, 1.0, sign]) @ right
-    distance = float(np.linalg.norm(M - rotation))
+    size = max(1.0, float(np.abs(M).max()))  # keeps the squares of huge entries finite
+    distance = size * float(np.linalg.norm((M - rotation) / size))
     if distance > limit:
-        cause = "it reflects" if np.linalg.det(M) < 0 else "its columns are not orthonormal"
+        cause = "it reflects" if np.linalg.det(M / size) < 0 else "its columns are not orthonormal"
         raise RotationError(
             f"attitude must be a rotation matrix within {limit:g} of SO(3) (got distance {distance:.3g}: {cause}); "
             "give orthonormal columns with determinant +1",

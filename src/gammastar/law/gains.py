@@ -71,12 +71,12 @@ def chain_poles(poles: complex | Sequence[complex], count: int, chain: str) -> t
 
 def without_slowest(poles: Sequence[complex]) -> tuple[complex, ...]:
     """Return the poles less the slowest: a real one is dropped, of a complex pair the common real part stays."""
-    slowest = max(poles, key=lambda pole: pole.real)
-    rest = [pole for pole in poles if pole is not slowest]
+    rest = list(poles)
+    slowest = rest.pop(max(range(len(rest)), key=lambda k: rest[k].real))
     if slowest.imag == 0:
         return tuple(rest)
-    partner = min(rest, key=lambda pole: abs(pole - slowest.conjugate()))
-    return (*(pole for pole in rest if pole is not partner), complex(slowest.real))
+    rest.pop(min(range(len(rest)), key=lambda k: abs(rest[k] - slowest.conjugate())))
+    return (*rest, complex(slowest.real))
 
 
 def describe(poles: np.ndarray) -> str:

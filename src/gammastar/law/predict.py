@@ -21,6 +21,10 @@ from gammastar.law.reference import Reference
 from gammastar.path import Path
 from gammastar.vehicle import Vehicle
 
+LARGEST_MISS = (
+    1e-6  # relative error of the outputs at a solved position; Newton steps leave rounding, or did not converge
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -155,16 +159,23 @@ def _jets(reference: Reference, times: np.ndarray) -> np.ndarray:
 def _positions(
     path: Path, transverse: np.ndarray, tangential: np.ndarray, initial: Initial
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return position to snap, (n, 3) each, from components (n, 2, 5) and (n, 5), solved one time after the other."""
+    """Return position to snap, (n, 3) each, from components (n, 2, 5) and (n, 5), solved one time after the other.
+
+    A position is NaN where none has these outputs, or where it lies beyond a focal point.
+    """
     vectors = path.normal_vectors(tangential[:, 0], transverse, initial.parameter)
     rows = path.components
     xi, eta, guess = ca.SX.sym("xi", rows, 5), ca.SX.sym("eta", 5), ca.SX.sym("guess", 3)
     series = path.position_series(xi, eta, guess)
-    results = ca.cse([series.coefficients[0], ca.horzcat(*series.derivatives())])
+    reached = path.outputs(series, eta[0])
+    miss = ca.norm_2(reached.transverse[:, 0] - xi[:, 0]) / (1 + ca.norm_2(xi[:, 0]))
+    checks = ca.vertcat(miss, reached.focal_margin, 0)
+    results = ca.cse([series.coefficients[0], ca.horzcat(*series.derivatives(), checks)])
     step = ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta)], results)
     exogenous = np.vstack([vectors.transpose(2, 1, 0).reshape(5 * rows, -1), tangential.T])
     _, observations = engine.scan(step, initial.position, exogenous)
-    position, velocity, acceleration, jerk, snap = (observations[:, k::5].T for k in range(5))
+    position, velocity, acceleration, jerk, snap, checks = (observations[:, k::6].T for k in range(6))
+    position[~((checks[:, 0] < LARGEST_MISS) & (checks[:, 1] > 0))] = np.nan
     return position, velocity, acceleration, jerk, snap
 
 

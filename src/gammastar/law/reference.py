@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 
 from gammastar import taylor
-from gammastar.checks import number
+from gammastar.checks import number, whole
 from gammastar.errors import InputError
 from gammastar.path import Path
 from gammastar.path.base import ORDER
@@ -95,27 +95,20 @@ class Stop:
         number(self.braking_time, "braking time [s]", above=0)
         if number(self.speed, "speed [path parameter/s]") == 0:
             raise InputError("the speed before a stop must not be zero (got 0); give a speed, or use a point reference")
-        if self.laps < 0:
-            raise InputError(f"laps must be zero or more (got {self.laps}); give a whole number")
+        whole(self.laps, "laps")
 
     def braking_start(self, path: Path, start: float) -> float:
         """Return the time [s] at which braking begins for a flight from the path coordinate `start`."""
-        distance = self.coordinate - start
-        least = self.speed * self.braking_time / 2
+        least = abs(self.speed) * self.braking_time / 2
+        distance = (self.coordinate - start) * (1 if self.speed > 0 else -1)
         if path.period is not None:
-            turn = path.period if self.speed > 0 else -path.period
-            while (distance - least) / self.speed >= path.period / abs(self.speed):
-                distance -= turn
-            while (distance - least) / self.speed < 0:
-                distance += turn
-            distance += self.laps * turn
-        time = (distance - least) / self.speed
-        if time < 0:
+            distance = least + (distance - least) % path.period + self.laps * path.period
+        if distance < least:
             raise InputError(
-                f"a stop must lie ahead by the braking distance {abs(least):.3g} (got {distance:.3g} along the direction of flight); "
+                f"a stop must lie ahead by the braking distance {least:.3g} (got {distance:.3g} along the direction of flight); "
                 "move it, brake faster, or turn the speed round"
             )
-        return float(time)
+        return float((distance - least) / abs(self.speed))
 
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
