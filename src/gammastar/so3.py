@@ -54,6 +54,12 @@ def exp(rotation_vector: Any) -> Any:
     Below `SMALL_ANGLE` the coefficients sin(a)/a and (1 - cos(a))/a^2 come from their series, so derivatives of the
     graph exist at zero as well.
     """
+    return type(rotation_vector).eye(3) + exp_increment(rotation_vector)
+
+
+@_graph_or_numbers
+def exp_increment(rotation_vector: Any) -> Any:
+    """Return exp(w) - I, precise for short w: R + R (exp(w) - I) loses no digits of w to the ones of the identity."""
     skew = hat(rotation_vector)
     square = ca.dot(rotation_vector, rotation_vector)
     is_small = square < SMALL_ANGLE**2
@@ -62,7 +68,7 @@ def exp(rotation_vector: Any) -> Any:
     series_second = (1 - square / 12 * (1 - square / 30 * (1 - square / 56 * (1 - square / 90)))) / 2
     first = ca.if_else(is_small, series_first, ca.sin(angle) / angle)
     second = ca.if_else(is_small, series_second, 2 * (ca.sin(angle / 2) / angle) ** 2)
-    return type(rotation_vector).eye(3) + first * skew + second * (skew @ skew)
+    return first * skew + second * (skew @ skew)
 
 
 @_graph_or_numbers
@@ -71,9 +77,15 @@ def cayley(vector: Any) -> Any:
 
     It rotates about w by 2 atan(|w|/2) and agrees with `exp` to second order.
     """
+    return type(vector).eye(3) + cayley_increment(vector)
+
+
+@_graph_or_numbers
+def cayley_increment(vector: Any) -> Any:
+    """Return cay(w) - I, precise for short w, as `exp_increment`."""
     half = vector / 2
     skew = hat(half)
-    return type(vector).eye(3) + 2 / (1 + ca.dot(half, half)) * (skew + skew @ skew)
+    return 2 / (1 + ca.dot(half, half)) * (skew + skew @ skew)
 
 
 @_graph_or_numbers

@@ -185,7 +185,8 @@ def _cause(last: np.ndarray, free_fall: np.ndarray, focal: np.ndarray, loop: Clo
     """Return why a flight ended early: the nearer of the two singularities, if one is near, in its usual size."""
     step = loop.interval / loop.substeps
     nearness = {
-        Status.FOCAL_POINT: min(focal[-1], 2 * focal[-1] - focal[-2] if len(focal) > 1 else 1) / np.median(focal),
+        Status.FOCAL_POINT: min(focal[-1], 2 * focal[-1] - focal[-2] if len(focal) > 1 else focal[-1])
+        / np.median(focal),
         Status.FREE_FALL: min(last[18], last[18] + loop.interval * last[19]) / loop.truth.mass / np.median(free_fall),
     }
     cause = min(nearness, key=lambda status: nearness[status])
