@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.optimize
-from strategies import PAPER_VEHICLE, PATHS, VEHICLES
 
 from gammastar import so3
 from gammastar.errors import FlightError, GammastarError, InputError, SingularStartError, UnknownNameError
@@ -15,6 +14,7 @@ from gammastar.law import Point, Ramp, Speed, design
 from gammastar.law.gains import companion, gains_from_poles
 from gammastar.path import catalogue as paths
 from gammastar.vehicle import State, Vehicle
+from strategies import PAPER_VEHICLE, PATHS, VEHICLES
 
 
 def is_finite(record: FlightRecord) -> bool:
@@ -99,7 +99,11 @@ def test_the_focal_margin_of_a_circle_is_its_share_of_the_radius() -> None:
 
 @pytest.mark.parametrize(
     ("start", "margin"),
-    [(State((0, 0, 5)), "focal_margin"), (State((1, 0, 5), thrust=0.0), "thrust_N"), (State((1, 0, 5), thrust=-1.0), "thrust_N")],
+    [
+        (State((0, 0, 5)), "focal_margin"),
+        (State((1, 0, 5), thrust=0.0), "thrust_N"),
+        (State((1, 0, 5), thrust=-1.0), "thrust_N"),
+    ],
 )
 def test_a_singular_start_is_refused(start: State, margin: str) -> None:
     with pytest.raises(SingularStartError) as caught:
@@ -194,7 +198,17 @@ NOISE = SensorNoise((1e-3,) * 3, (1e-3,) * 3, (1e-3,) * 3, (1e-2,) * 3)
 
 def noisy(seed: int, duration: float = 1.0, noise: SensorNoise | None = NOISE, feedback: str = "start") -> FlightRecord:
     law = design(PAPER_VEHICLE, PATHS["circle"])
-    return fly(law, State((1.3, 0.1, 9.9)), speed=1.0, duration=duration, feedback=feedback, rate=200, step=5e-3, noise=noise, seed=seed)
+    return fly(
+        law,
+        State((1.3, 0.1, 9.9)),
+        speed=1.0,
+        duration=duration,
+        feedback=feedback,
+        rate=200,
+        step=5e-3,
+        noise=noise,
+        seed=seed,
+    )
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:

@@ -17,7 +17,16 @@ import scipy.integrate
 
 from gammastar import engine, so3
 from gammastar.errors import UnknownNameError
-from gammastar.flight.integrator import CARPENTER_KENNEDY, CLASSICAL, INTEGRATORS, Field, Integrator, LowStorage, Tableau, integrator
+from gammastar.flight.integrator import (
+    CARPENTER_KENNEDY,
+    CLASSICAL,
+    INTEGRATORS,
+    Field,
+    Integrator,
+    LowStorage,
+    Tableau,
+    integrator,
+)
 
 INERTIA = np.diag([0.01, 0.02, 0.025])
 LOADED, FREE = np.array([1.0, 2.0, -1.0]), np.array([0.5, -1.0, 2.0])
@@ -42,7 +51,9 @@ def free_symmetric_body(time: Any, attitude: Any, euclidean: Any) -> tuple[Any, 
     return euclidean, -ca.mtimes(ca.inv(J), ca.cross(euclidean, ca.mtimes(J, euclidean)))
 
 
-def turned(advance: Callable, field: Field, steps: int, duration: float, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def turned(
+    advance: Callable, field: Field, steps: int, duration: float, rates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return attitudes (steps + 1, 3, 3) and rates from the identity."""
     x, time = ca.SX.sym("x", 12), ca.SX.sym("time")
     R, w = advance(field, time, ca.reshape(x[:9], 3, 3), x[9:], duration / steps)
@@ -138,7 +149,11 @@ def test_energy_and_angular_momentum_of_a_free_body_are_kept_to_the_order(method
         attitudes, rates = turned(method.advance, free_body, count, 4.0, FREE)
         momentum = np.einsum("kij,kj->ki", attitudes, rates @ INERTIA)
         energy = np.einsum("ki,ij,kj->k", rates, INERTIA, rates)
-        losses.append(max(np.abs(momentum - momentum[0]).max() / np.linalg.norm(momentum[0]), np.abs(energy / energy[0] - 1).max()))
+        losses.append(
+            max(
+                np.abs(momentum - momentum[0]).max() / np.linalg.norm(momentum[0]), np.abs(energy / energy[0] - 1).max()
+            )
+        )
     assert losses[0] < {1: 5e-2, 4: 1e-6}[method.order]
     assert losses[1] < losses[0] / 2 ** (method.order - 0.3)
 
@@ -154,7 +169,7 @@ def test_exponential_methods_are_exact_for_a_constant_rate(name: str) -> None:
 
 @pytest.mark.parametrize("method", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_euclidean_parts_are_integrated_to_the_order_too(method: Integrator) -> None:
-    """y' = cos(3 t) y, y = exp(sin(3 t) / 3): the nodes in time are right."""
+    """Y' = cos(3 t) y, y = exp(sin(3 t) / 3): the nodes in time are right."""
     errors = []
     for count in (20, 40, 80):
         field = lambda time, attitude, y: (0 * y, ca.cos(3 * time) * y)  # noqa: E731
@@ -217,7 +232,9 @@ def test_an_altered_row_or_node_is_noticed(place: int) -> None:
         Tableau(CLASSICAL.nodes, tuple(rows), CLASSICAL.weights)
 
 
-@pytest.mark.parametrize(("part", "place"), [("a", 1), ("a", 4), ("b", 0), ("b", 2), ("b", 4), ("nodes", 0), ("nodes", 3)])
+@pytest.mark.parametrize(
+    ("part", "place"), [("a", 1), ("a", 4), ("b", 0), ("b", 2), ("b", 4), ("nodes", 0), ("nodes", 3)]
+)
 def test_an_altered_low_storage_coefficient_is_noticed(part: str, place: int) -> None:
     values = list(getattr(CARPENTER_KENNEDY, part))
     values[place] += 1e-6

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import PATHS, VEHICLES, numbers
 
 from gammastar import so3
 from gammastar.errors import InputError
@@ -16,6 +15,7 @@ from gammastar.flight import FlightRecord, fly
 from gammastar.flight.loop import MOST_SUBSTEPS, interval_of
 from gammastar.law import Ramp, Speed, Stop, design
 from gammastar.vehicle import State, Vehicle
+from strategies import PATHS, VEHICLES, numbers
 
 # Design, section 3.7: worst distance [m] to the nonplanar circle after 15 s at 0.45 rad/s, by control rate [Hz].  The gravity and the
 # start are not printed; neither changes these digits.
@@ -70,7 +70,9 @@ def test_the_input_is_held_over_its_interval() -> None:
     """One integration step or ten of them in an interval: the same input, the same flight to the integrator's error."""
     law = design(VEHICLES["full inertia"], PATHS["circle"], poles=-2.5)
     start = State((1.3, 0.2, 9.8), attitude=so3.roll(30))
-    coarse, fine = (fly(law, start, speed=1.0, duration=1.0, feedback="start", rate=100, step=step) for step in (1e-2, 1e-3))
+    coarse, fine = (
+        fly(law, start, speed=1.0, duration=1.0, feedback="start", rate=100, step=step) for step in (1e-2, 1e-3)
+    )
     assert len(coarse.time) == len(fine.time) == 101
     assert np.diff(coarse.time) == pytest.approx(np.full(100, 0.01), abs=1e-15)
     assert coarse.state == pytest.approx(fine.state, abs=1e-6)

@@ -11,25 +11,40 @@ import functools
 import casadi as ca
 import numpy as np
 import pytest
-from strategies import PAPER_POSITION, PAPER_VEHICLE, PATHS, UPRIGHT, UPSIDE_DOWN, VEHICLES, state_of_motion
 
 from gammastar import so3
 from gammastar.flight import INTEGRATORS, FlightRecord, fly
 from gammastar.law import Point, Ramp, Speed, Stop, design
 from gammastar.path import catalogue as paths
 from gammastar.vehicle import State, Vehicle
+from strategies import PAPER_POSITION, PAPER_VEHICLE, PATHS, UPRIGHT, UPSIDE_DOWN, VEHICLES, state_of_motion
 
 # name: body, path, reference, start.  Bodies with full inertia, K_t and K_r; starts rolled over, moving, upside down.
 FLIGHTS = {
     "circle, speed": ("full inertia", "circle", Speed(1.0), State((1.6, 0.4, 9.5), attitude=so3.roll(100))),
-    "implicit circle, ramp": ("loaded", "implicit circle", Ramp(-0.8), State((1.6, 0.4, 9.5), (0.3, 0.2, 0), so3.pitch(-60))),
-    "quadratic circle, stop": ("paper", "quadratic circle", Stop(1.0, 3.0, 2.0), State((1.6, 0.4, 9.5), attitude=so3.roll(170))),
+    "implicit circle, ramp": (
+        "loaded",
+        "implicit circle",
+        Ramp(-0.8),
+        State((1.6, 0.4, 9.5), (0.3, 0.2, 0), so3.pitch(-60)),
+    ),
+    "quadratic circle, stop": (
+        "paper",
+        "quadratic circle",
+        Stop(1.0, 3.0, 2.0),
+        State((1.6, 0.4, 9.5), attitude=so3.roll(170)),
+    ),
     "tilted circle, ramp": ("loaded", "tilted circle", Ramp(0.6), State((2.5, -2.5, 3.5), angular_velocity=(1, -1, 0))),
     "line, stop": ("full inertia", "line", Stop(0.7, 4.0, 2.0), State((0.5, 2.0, 2.0), attitude=so3.roll(150))),
     "helix, speed": ("loaded", "helix", Speed(0.7), State((1.9, 1.1, 1.0), attitude=so3.pitch(80))),
     "ellipse, point": ("paper", "ellipse", Point(2.0), State((3.3, 0.8, 2.2), (0.5, 0, 0), so3.yaw(70))),
     "loop, ramp": ("full inertia", "loop", Ramp(3.0), State((0.3, 0.4, -2.5), (4.0, 2.0, 0.0))),
-    "nonplanar circle, speed": ("loaded", "nonplanar circle", Speed(0.45), State((1.7, 0.3, 1.3), attitude=so3.roll(-70))),
+    "nonplanar circle, speed": (
+        "loaded",
+        "nonplanar circle",
+        Speed(0.45),
+        State((1.7, 0.3, 1.3), attitude=so3.roll(-70)),
+    ),
     "twisted, point": ("full inertia", "twisted", Point(0.8), State((-0.2, 0.2, 0.1), attitude=so3.roll(45))),
     "uneven circle, ramp": ("paper", "uneven circle", Ramp(0.9), State((1.4, -0.5, 10.3), attitude=so3.pitch(130))),
     "parabola, stop": ("loaded", "parabola", Stop(0.3, 1.0, 1.5), State((0.2, 0.1, 0.1), attitude=so3.roll(20))),
@@ -54,8 +69,12 @@ def test_a_simulated_flight_is_its_closed_form(name: str) -> None:
     assert np.linalg.norm(record.attitude[:, :, 2] - exact.thrust_direction, axis=1).max() <= 1e-7
     tilt_rate = np.linalg.norm(record.angular_velocity[:, :2], axis=1)
     assert np.abs(tilt_rate - exact.tilt_rate).max() <= 1e-6 * (1 + exact.tilt_rate.max())
-    assert np.abs(record.transverse_state - exact.transverse_state).max() <= 1e-6 * (1 + np.abs(exact.transverse_state).max())
-    assert np.abs(record.tangential_state - exact.tangential_state).max() <= 1e-6 * (1 + np.abs(exact.tangential_state).max())
+    assert np.abs(record.transverse_state - exact.transverse_state).max() <= 1e-6 * (
+        1 + np.abs(exact.transverse_state).max()
+    )
+    assert np.abs(record.tangential_state - exact.tangential_state).max() <= 1e-6 * (
+        1 + np.abs(exact.tangential_state).max()
+    )
     assert np.abs(record.yaw_output - exact.yaw_output).max() <= 1e-9
     assert np.abs(record.distance - exact.distance).max() <= 1e-8
 
@@ -80,7 +99,9 @@ def test_the_paper_scenarios_are_flown_as_predicted(start: object, pole: float) 
     For Jx = Jy and r = 0 the torque is Jx |(p', q')|: the simulated peak is the one of the closed form.
     """
     law = design(PAPER_VEHICLE, PATHS["quadratic circle"], poles=-pole)
-    step = 5e-4 if pole == 1.5 else 1e-3  # the slow poles turn it over at 28 rad/s; the error goes with the fourth power
+    step = (
+        5e-4 if pole == 1.5 else 1e-3
+    )  # the slow poles turn it over at 28 rad/s; the error goes with the fourth power
     record = fly(law, State(PAPER_POSITION, attitude=start), speed=1.0, duration=20.0, step=step)
     summary, exact = record.summary(), record.prediction
     assert summary["status"] == "completed"
@@ -168,7 +189,9 @@ def test_each_chain_of_an_implicit_path_has_its_own_poles() -> None:
     assert np.abs(record.transverse_state - record.prediction.transverse_state).max() <= 1e-7
 
 
-@pytest.mark.parametrize(("beta", "reference"), [(lambda r: ca.sinh(r / 2), 0.4), (lambda r: -3 * r, -1.0)], ids=["sinh", "mirrored"])
+@pytest.mark.parametrize(
+    ("beta", "reference"), [(lambda r: ca.sinh(r / 2), 0.4), (lambda r: -3 * r, -1.0)], ids=["sinh", "mirrored"]
+)
 def test_a_general_yaw_output_decays_at_its_pole(beta, reference: float) -> None:
     """beta(r) - reference = e^(-k t) times its start, with the corrected sign of Eq. (26)."""
     law = design(VEHICLES["full inertia"], PATHS["circle"], {"yaw": -1.8}, yaw_output=beta)
@@ -182,7 +205,9 @@ def test_a_general_yaw_output_decays_at_its_pole(beta, reference: float) -> None
 
 
 @pytest.mark.parametrize(
-    "reference", [Point(-2.0), Stop(0.8, 3.5, 1.5), Stop(-1.0, 1.0, 1.0, laps=1)], ids=["point", "stop", "stop backwards"]
+    "reference",
+    [Point(-2.0), Stop(0.8, 3.5, 1.5), Stop(-1.0, 1.0, 1.0, laps=1)],
+    ids=["point", "stop", "stop backwards"],
 )
 def test_the_vehicle_holds_where_it_is_told_to(reference: Point | Stop) -> None:
     """Point stabilisation, G3: at the end it hovers at the coordinate, modulo a turn."""

@@ -8,13 +8,13 @@ import pytest
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import numbers, states, vectors
 
 from gammastar import so3
 from gammastar.errors import InputError
 from gammastar.flight import SensorNoise
 from gammastar.flight.sensors import CHANNELS, SIZE, density_preserving, measured
 from gammastar.vehicle import join, split
+from strategies import numbers, states, vectors
 
 NOISE = SensorNoise((0.1, 0.2, 0.3), (0.01, 0.02, 0.03), (1e-3, 2e-3, 3e-3), (0.5, 0.6, 0.7))
 
@@ -68,7 +68,9 @@ def test_deviations_are_in_the_order_of_the_channels() -> None:
 
 
 @given(numbers(0, 10), numbers(1, 1000), numbers(1, 1000), numbers(0.1, 10))
-def test_converting_a_rate_keeps_the_mean_over_any_time(deviation: float, sensor: float, control: float, time: float) -> None:
+def test_converting_a_rate_keeps_the_mean_over_any_time(
+    deviation: float, sensor: float, control: float, time: float
+) -> None:
     """The mean of f T white samples has variance s^2 / (f T): the same at both rates when s^2 / f is kept."""
     converted = density_preserving(deviation, sensor, control)
     assert converted**2 / (control * time) == pytest.approx(deviation**2 / (sensor * time), rel=1e-12)

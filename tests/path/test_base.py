@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
 from strategies import CURVES, PATHS, Foot, feet, numbers, vectors
 
+few = settings(max_examples=30)  # on each of fourteen paths
 CLOSED = [name for name, path in PATHS.items() if path.period is not None]
 
 
@@ -28,6 +30,7 @@ def samples(name: str, width: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", PATHS)
+@few
 @given(st.data())
 def test_tracking_stays_at_the_nearest_point(name: str, data: st.DataObject) -> None:
     foot = data.draw(feet(name))
@@ -35,6 +38,7 @@ def test_tracking_stays_at_the_nearest_point(name: str, data: st.DataObject) -> 
 
 
 @pytest.mark.parametrize("name", PATHS)
+@few
 @given(st.data())
 def test_tracking_comes_back_from_a_guess_nearby(name: str, data: st.DataObject) -> None:
     """Two Newton steps turn an error of 1e-3 into one near 1e-12, with a constant that grows with the distance."""
@@ -46,6 +50,7 @@ def test_tracking_comes_back_from_a_guess_nearby(name: str, data: st.DataObject)
 
 
 @pytest.mark.parametrize("name", CLOSED)
+@few
 @given(st.data(), st.integers(-5, 5))
 def test_whole_turns_are_kept(name: str, data: st.DataObject, turns: int) -> None:
     """The parameter is tracked as a state: on the fifth lap it stays on the fifth lap."""
@@ -60,6 +65,7 @@ def test_whole_turns_are_kept(name: str, data: st.DataObject, turns: int) -> Non
 
 
 @pytest.mark.parametrize("name", CLOSED)
+@few
 @given(numbers(-50, 50), numbers(-50, 50))
 def test_the_nearest_turn_is_the_same_point_within_half_a_period(name: str, parameter: float, near: float) -> None:
     path = PATHS[name]
@@ -75,6 +81,7 @@ def test_an_open_path_has_one_turn_only(parameter: float, near: float) -> None:
 
 
 @pytest.mark.parametrize("name", CLOSED)
+@settings(max_examples=3)  # of 150 points each
 @given(st.data())
 def test_the_parameter_is_continuous_all_the_way_round(name: str, data: st.DataObject) -> None:
     """Following the path in small steps never jumps, also where an arc tangent does."""
@@ -89,7 +96,7 @@ def test_the_parameter_is_continuous_all_the_way_round(name: str, data: st.DataO
 
 
 @pytest.mark.parametrize("name", CURVES)
-@settings(max_examples=30)  # each looks at 20,000 points
+@settings(max_examples=20)  # each looks at 20,000 points
 @given(st.data())
 def test_the_start_is_the_nearest_point_of_all(name: str, data: st.DataObject) -> None:
     """Anywhere in space, the point found is at least as near as every one of 20,000 samples."""
@@ -121,6 +128,7 @@ def test_the_start_is_found_far_along_a_line(distance: float) -> None:
 
 
 @pytest.mark.parametrize("name", CURVES)
+@few
 @given(st.data())
 def test_the_distance_is_the_length_to_the_nearest_point(name: str, data: st.DataObject) -> None:
     foot = data.draw(feet(name, least_margin=0.3))
@@ -132,9 +140,10 @@ def test_the_distance_is_the_length_to_the_nearest_point(name: str, data: st.Dat
 
 
 @pytest.mark.parametrize("name", ["implicit circle", "quadratic circle", "implicit tilted circle"])
+@few
 @given(st.data())
 def test_the_distance_to_an_implicit_circle_is_exact(name: str, data: st.DataObject) -> None:
-    """pi is the nearest-point projection there, Eq. (12)."""
+    """Pi is the nearest-point projection there, Eq. (12)."""
     foot = data.draw(feet(name, least_margin=0.2))
     twin = CURVES["tilted circle" if "tilted" in name else "circle"]
     expected = twin.distances(foot.position[None], np.array([twin.start_parameter(foot.position)]))
@@ -144,7 +153,7 @@ def test_the_distance_to_an_implicit_circle_is_exact(name: str, data: st.DataObj
 @given(feet("parabola"))
 @example(Foot(np.array([1.3346654, 0.96258077, 0.44799335]), 1.4242640687119286, 0.17))
 def test_the_distance_to_any_implicit_path_is_never_too_small(foot: Foot) -> None:
-    """pi of the parabola is not its projection, so its distance is searched: right nearby, never below the true one."""
+    """Pi of the parabola is not its projection, so its distance is searched: right nearby, never below the true one."""
     found = PATHS["parabola"].distances(foot.position[None], np.array([foot.parameter]))[0]
     x, y, z = foot.position  # the same curve, explicitly: (s, s^2, s^3 / 10)
     roots = np.polynomial.Polynomial([-x, 1 - 2 * y, -0.3 * z, 2, 0, 0.03]).roots()  # of <point - position, tangent>

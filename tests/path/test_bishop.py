@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import CURVES, directions
 
 from gammastar.path.bishop import initial_normals, transported_normals
+from strategies import CURVES, directions
 
 RADIUS, RISE = 1.3, 0.4  # of the helix (r cos a, r sin a, b a)
 
@@ -26,7 +26,7 @@ def frenet(angle: float) -> np.ndarray:
 
 
 def test_on_a_helix_the_frame_turns_back_by_the_total_torsion() -> None:
-    """n = N cos(f) - B sin(f) with f' = torsion times speed = b / sqrt(r^2 + b^2) per radian: the exact solution."""
+    """N = N cos(f) - B sin(f) with f' = torsion times speed = b / sqrt(r^2 + b^2) per radian: the exact solution."""
     angles = np.array([2.0, -3.0, 0.3, 25.0, 0.3, 0.9])
     tangents = np.array([helix_tangent(angle)[0] for angle in angles])
     frames = transported_normals(helix_tangent, angles, tangents, 0.3)
@@ -35,7 +35,9 @@ def test_on_a_helix_the_frame_turns_back_by_the_total_torsion() -> None:
         turn = -RISE / np.hypot(RADIUS, RISE) * (angle - 0.3)
         c, s = np.cos(turn), np.sin(turn)
         exact = frenet(angle) @ np.array([[c, -s], [s, c]]) @ start
-        assert frame == pytest.approx(exact, abs=1e-9)  # steps of 1e-12 over 25 rad, read between them by a polynomial of degree 7
+        assert frame == pytest.approx(
+            exact, abs=1e-9
+        )  # steps of 1e-12 over 25 rad, read between them by a polynomial of degree 7
 
 
 @pytest.mark.parametrize("name", CURVES)

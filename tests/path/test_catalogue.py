@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import directions, numbers, vectors
 
 from gammastar.errors import GammastarError, InputError, ShapeError, UnknownNameError
 from gammastar.path import catalogue as paths
+from strategies import directions, numbers, vectors
 
+few = settings(max_examples=20)  # each builds a path
 GRID = np.linspace(-8, 8, 41)
 
 
@@ -23,6 +24,7 @@ def curvature_and_torsion(jets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("kind", ["curve", "implicit"])
+@few
 @given(st.data())
 def test_a_circle_has_its_radius_its_plane_and_its_sense(kind: str, data: st.DataObject) -> None:
     """Curvature 1/r, no torsion, tangent = axis x radius vector: right-handed about its normal, at unit angular speed."""
@@ -37,6 +39,7 @@ def test_a_circle_has_its_radius_its_plane_and_its_sense(kind: str, data: st.Dat
     assert twist == pytest.approx(np.zeros(5), abs=1e-9 / radius)
 
 
+@few
 @given(numbers(-3, 3))
 def test_the_angle_of_the_papers_circle_is_atan2(angle: float) -> None:
     for kind in ("curve", "implicit"):
@@ -44,9 +47,12 @@ def test_the_angle_of_the_papers_circle_is_atan2(angle: float) -> None:
         x, y, z = path.points(np.array([angle]))[0]
         assert np.arctan2(y, x) == pytest.approx(angle, abs=1e-12)
         assert z == pytest.approx(10, abs=1e-12)
-        assert path.start_parameter(np.array([3.2, 5.0, 0.0])) % (2 * np.pi) == pytest.approx(np.arctan2(5, 3.2), abs=1e-12)
+        assert path.start_parameter(np.array([3.2, 5.0, 0.0])) % (2 * np.pi) == pytest.approx(
+            np.arctan2(5, 3.2), abs=1e-12
+        )
 
 
+@few
 @given(numbers(0.2, 5), numbers(0.2, 5), directions())
 def test_an_ellipse_has_its_semi_axes(a: float, b: float, normal: np.ndarray) -> None:
     path = paths.ellipse((a, b), (1, 2, 3), normal)
@@ -73,6 +79,7 @@ def test_a_loop_starts_at_its_lowest_point_forward_and_then_up(heading: float) -
     assert jets[1, 1] == pytest.approx([0, 0, -2], abs=1e-14)
 
 
+@few
 @given(vectors(10.0), directions(), numbers(-50, 50))
 def test_a_line_is_measured_in_metres(point: np.ndarray, along: np.ndarray, distance: float) -> None:
     path = paths.line(point, 7 * along)
@@ -83,6 +90,7 @@ def test_a_line_is_measured_in_metres(point: np.ndarray, along: np.ndarray, dist
     assert np.all(jets[:, 2:] == 0)
 
 
+@few
 @given(numbers(0.1, 5), numbers(0.05, 5), st.booleans(), directions())
 def test_a_helix_has_its_radius_and_its_pitch(radius: float, pitch: float, left: bool, axis: np.ndarray) -> None:
     """One turn rises by the pitch; curvature r/(r^2 + b^2) and torsion b/(r^2 + b^2) with b = pitch / 2 pi."""
@@ -130,7 +138,11 @@ BAD = {
     "circle without a plane": (lambda: paths.circle(1.0, normal=(0, 0, 0)), InputError, "normal"),
     "circle in two dimensions": (lambda: paths.circle(1.0, (1, 2)), ShapeError, "center"),
     "circle of a third kind": (lambda: paths.circle(kind="explicit"), UnknownNameError, "curve, implicit"),
-    "circle with polar coordinates": (lambda: paths.circle(kind="implicit", coordinates="polar"), UnknownNameError, "distance, quadratic"),
+    "circle with polar coordinates": (
+        lambda: paths.circle(kind="implicit", coordinates="polar"),
+        UnknownNameError,
+        "distance, quadratic",
+    ),
     "flat ellipse": (lambda: paths.ellipse((1.0, 0.0)), InputError, "semi-axis"),
     "ellipse of one axis": (lambda: paths.ellipse(1.0), ShapeError, "semi_axes"),
     "loop of no radius": (lambda: paths.loop(0.0), InputError, "radius"),

@@ -7,12 +7,12 @@ import functools
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import CURVES, IMPLICIT, numbers
 
 from gammastar.errors import PathError, ShapeError
 from gammastar.path import ImplicitPath
+from strategies import CURVES, IMPLICIT, numbers
 
 TWINS = {"implicit circle": "circle", "quadratic circle": "circle", "implicit tilted circle": "tilted circle"}
 
@@ -25,6 +25,7 @@ def formulas(name: str) -> ca.Function:
 
 
 @pytest.mark.parametrize("name", IMPLICIT)
+@settings(max_examples=30)
 @given(st.data())
 def test_points_lie_on_the_path_at_their_coordinate(name: str, data: st.DataObject) -> None:
     low, high = IMPLICIT[name].domain
@@ -60,7 +61,9 @@ def test_the_jet_of_an_implicit_path_is_that_of_its_explicit_form() -> None:
 
 def test_the_seed_need_only_be_near_the_path() -> None:
     path = ImplicitPath(lambda x, y, z: y - ca.sin(x), lambda x, y, z: z - 1, lambda x, y, z: x, seed=(0.5, 2.0, -3.0))
-    assert path.points(np.array([0.5, -2.0])) == pytest.approx(np.array([[0.5, np.sin(0.5), 1], [-2, np.sin(-2), 1]]), abs=1e-12)
+    assert path.points(np.array([0.5, -2.0])) == pytest.approx(
+        np.array([[0.5, np.sin(0.5), 1], [-2, np.sin(-2), 1]]), abs=1e-12
+    )
 
 
 GOOD = {

@@ -23,6 +23,8 @@ SEED_STEPS = 50  # Newton steps from the seed onto the path
 FOOT_STEPS = 8  # Newton steps from a position off the path to its foot
 SOLVE_STEPS = 4  # Newton steps from a neighbouring solution
 TABLE_STEP = 0.05  # [units of pi] between solutions traced one from the other
+RETURN_STEPS = 3  # Newton steps back onto the path after each of the following
+ON_PATH = 1e-10  # [m], and relative: how near the path a foot must be, so that no distance comes out too small
 DISTANCE_STEPS = 8  # of the sequential projection that polishes a distance
 
 
@@ -50,6 +52,7 @@ class ImplicitPath(Path):
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
         object.__setattr__(self, "seed", tuple(array(self.seed, f"seed of {self.name}", (3,))))
+        assert self._jet_sampler  # refuses formulas that have no Taylor rule now, not in flight
         values, gradient = (np.array(value) for value in self._gradient_sampler(self._seed_point))
         size = np.prod(np.linalg.norm(gradient, axis=1))
         if not np.all(np.isfinite(values)) or not np.all(np.isfinite(gradient)) or np.abs(values[:2]).max() > 1e-9:
@@ -224,20 +227,25 @@ class ImplicitPath(Path):
             point = point - np.linalg.pinv(gradient[:2]) @ values[:2, 0]
         return point
 
+    def _step_onto_path(self, point: Any, ahead: Any) -> Any:
+        """Graph: return the shortest step that solves s1 = s2 = 0, linearised at a point, from a position ahead of it."""
+        values = ca.vertcat(*self._functions(*ca.vertsplit(point))[:2])
+        rows = self._gradient(point)[:2, :]
+        residual = values + ca.mtimes(rows, ahead)
+        return -ca.mtimes(rows.T, ca.mtimes(_inverse_of_two(ca.mtimes(rows, rows.T)), residual))
+
     @functools.cached_property
     def _distance_solver(self) -> Any:
         position, foot = ca.SX.sym("position", 3), ca.SX.sym("foot", 3)
         nearest, point = ca.norm_2(position - foot), foot
         for _ in range(DISTANCE_STEPS):
-            values = ca.vertcat(*self._functions(*ca.vertsplit(point))[:2])
-            rows = self._gradient(point)[:2, :]
-            residual = values + ca.mtimes(rows, position - point)
-            point = position - ca.mtimes(rows.T, ca.mtimes(_inverse_of_two(ca.mtimes(rows, rows.T)), residual))
-            values = ca.vertcat(*self._functions(*ca.vertsplit(point))[:2])
-            rows = self._gradient(point)[:2, :]
-            point = point - ca.mtimes(rows.T, ca.mtimes(_inverse_of_two(ca.mtimes(rows, rows.T)), values))
+            point = position + self._step_onto_path(point, position - point)
+            for _ in range(RETURN_STEPS):
+                point = point + self._step_onto_path(point, ca.DM.zeros(3))
             distance = ca.norm_2(position - point)
-            nearest = ca.if_else(distance < nearest, distance, nearest)
+            left = ca.norm_2(self._step_onto_path(point, ca.DM.zeros(3)))
+            is_nearer = ca.logic_and(distance < nearest, left < ON_PATH * (1 + distance))
+            nearest = ca.if_else(is_nearer, distance, nearest)
         return ca.Function("distance", [position, foot], [nearest])
 
 
