@@ -28,7 +28,9 @@ def main() -> None:
     values = np.array(root_mean_squares, dtype=float)
     print(f"settled                          {settled} of {seeds} (within {summary['settled_within_m']:g} m)")
     print(f"RMS distance over all seeds      {np.sqrt(np.mean(values**2)):.4f} m")
-    print(f"RMS distance by seed             {values.min():.4f} to {values.max():.4f} m, median {np.median(values):.4f} m")
+    print(
+        f"RMS distance by seed             {values.min():.4f} to {values.max():.4f} m, median {np.median(values):.4f} m"
+    )
     print(f"largest distance after settling  {np.max(worst):.4f} m")
 
 

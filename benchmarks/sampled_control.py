@@ -35,15 +35,14 @@ def main() -> None:
     print(machine.describe())
     print(f"{'held from':<10}{'rate Hz':>9}{'worst µm':>11}{'target µm':>11}{'ratio':>8}{'order':>8}{'wall s':>8}")
     for feedback, targets in EXPECTED.items():
-        before: float | None = None
-        for rate, target in zip(RATES, targets, strict=True):
-            distance, wall = worst_distance(feedback, rate)
-            slope = "" if before is None else f"{math.log(before / distance) / math.log(rate / previous):.2f}"
+        rows = [(rate, target, *worst_distance(feedback, rate)) for rate, target in zip(RATES, targets, strict=True)]
+        for k, (rate, target, distance, wall) in enumerate(rows):
+            slope = math.log(rows[k - 1][2] / distance) / math.log(rate / rows[k - 1][0]) if k else math.nan
+            order = f"{slope:.2f}" if k else ""
             print(
                 f"{feedback:<10}{rate:>9.0f}{distance * 1e6:>11.3f}{target * 1e6:>11.3f}{distance / target:>8.2f}"
-                f"{slope:>8}{wall:>8.2f}"
+                f"{order:>8}{wall:>8.2f}"
             )
-            before, previous = distance, rate
 
 
 if __name__ == "__main__":
