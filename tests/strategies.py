@@ -40,7 +40,9 @@ CURVES: dict[str, Curve] = {
     "nonplanar circle": paths.nonplanar_circle(),
     "inflection": Curve(lambda s: (s, s**3 / 3, 0.5 * s), name="inflection", domain=(-1.5, 1.5)),
     "twisted": Curve(lambda s: (s, s**3 / 6, ca.sin(s)), name="twisted", domain=(-2.0, 2.0)),
-    "uneven circle": Curve(lambda s: (ca.cos(uneven(s)), ca.sin(uneven(s)), 10), period=2 * np.pi, name="uneven circle"),
+    "uneven circle": Curve(
+        lambda s: (ca.cos(uneven(s)), ca.sin(uneven(s)), 10), period=2 * np.pi, name="uneven circle"
+    ),
 }
 IMPLICIT: dict[str, ImplicitPath] = {
     "implicit circle": paths.circle(1.0, (0, 0, 10), kind="implicit"),
@@ -160,7 +162,9 @@ def stable_poles(count: int) -> st.SearchStrategy[list[complex]]:
         return poles if len(poles) == count else []
 
     mixed = st.lists(st.one_of(pair, one), min_size=1, max_size=count).map(assemble).filter(len)
-    return st.one_of(st.lists(one, min_size=count, max_size=count).map(assemble), real.map(lambda p: [p] * count), mixed)
+    return st.one_of(
+        st.lists(one, min_size=count, max_size=count).map(assemble), real.map(lambda p: [p] * count), mixed
+    )
 
 
 DISTANCES = st.one_of(st.sampled_from([0.0, 1e-9]), numbers(0.0, 0.5), numbers(0.5, 30.0))

@@ -8,11 +8,11 @@ import inspect
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import numbers, vectors
 
 from gammastar import errors
 from gammastar.checks import array, direction, number
 from gammastar.errors import GammastarError, InputError, ShapeError, UnknownNameError
+from strategies import numbers, vectors
 
 
 @given(numbers(-1e6, 1e6))
@@ -23,7 +23,7 @@ def test_a_finite_number_passes_unchanged(value: float) -> None:
         assert found == value
 
 
-@pytest.mark.parametrize("value", [None, "one", [1.0, 2.0], 1j, {}, object()], ids=repr)
+@pytest.mark.parametrize("value", [None, "one", [1.0, 2.0], 1j, {}, object], ids=repr)
 def test_what_is_no_number_is_refused_by_name(value: object) -> None:
     with pytest.raises(InputError, match=r"length \[m\] must be a number \(got .*\); give"):
         number(value, "length [m]")
@@ -93,7 +93,9 @@ ERRORS = [value for _, value in inspect.getmembers(errors, inspect.isclass) if v
 @pytest.mark.parametrize("error", [e for e in ERRORS if e is not GammastarError], ids=lambda e: e.__name__)
 def test_every_error_is_ours_and_a_fitting_builtin(error: type[Exception]) -> None:
     assert issubclass(error, GammastarError)
-    assert any(getattr(builtins, base.__name__, None) is base for base in error.__mro__ if base not in (Exception, object))
+    assert any(
+        getattr(builtins, base.__name__, None) is base for base in error.__mro__ if base not in (Exception, object)
+    )
 
 
 def test_an_unknown_name_lists_the_known_ones_and_suggests_a_close_one() -> None:

@@ -78,7 +78,11 @@ def test_shell_blocks_run_and_print_what_is_shown(page: Path, tmp_path: Path) ->
             if words[0] != "gammastar":
                 continue
             result = subprocess.run(
-                [sys.executable, "-m", "gammastar", *words[1:]], cwd=tmp_path, capture_output=True, text=True, check=False
+                [sys.executable, "-m", "gammastar", *words[1:]],
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                check=False,
             )
             expected_failure = shown.startswith(("error:", "not flown"))
             assert (result.returncode == 0) != expected_failure, result.stderr

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import batches, rotations, vectors
 
 from gammastar import so3
 from gammastar.errors import UnknownNameError
 from gammastar.frames import FRAMES, REVERSAL, check_frame, convert_attitude, convert_vector
+from strategies import batches, rotations, vectors
 
 any_frame = st.sampled_from(FRAMES)
 
@@ -38,7 +38,7 @@ def test_converted_attitudes_are_rotations_and_compose(frame: str, R: np.ndarray
 
 @given(any_frame, vectors(5.0), vectors(5.0))
 def test_cross_products_are_kept(frame: str, a: np.ndarray, b: np.ndarray) -> None:
-    """det S = 1, so rates and torques, which are cross products, convert as positions do: hat(S w) = S hat(w) S."""
+    """Det S = 1, so rates and torques, which are cross products, convert as positions do: hat(S w) = S hat(w) S."""
     converted = np.cross(convert_vector(a, frame), convert_vector(b, frame))
     assert converted == pytest.approx(convert_vector(np.cross(a, b), frame), abs=1e-13)
     assert so3.hat(convert_vector(a, frame)) == pytest.approx(convert_attitude(so3.hat(a), frame), abs=0)
@@ -59,7 +59,10 @@ def test_thrust_pushes_along_the_upward_body_axis_in_enu(R: np.ndarray) -> None:
 @pytest.mark.parametrize("frame", FRAMES)
 def test_a_batch_is_converted_element_by_element(frame: str) -> None:
     generator = np.random.default_rng(0)
-    many, turns = generator.normal(size=(4, 5, 3)), np.array([so3.random(generator) for _ in range(6)]).reshape(2, 3, 3, 3)
+    many, turns = (
+        generator.normal(size=(4, 5, 3)),
+        np.array([so3.random(generator) for _ in range(6)]).reshape(2, 3, 3, 3),
+    )
     assert np.array_equal(convert_vector(many, frame)[3, 1], convert_vector(many[3, 1], frame))
     assert convert_attitude(turns, frame)[1, 2] == pytest.approx(convert_attitude(turns[1, 2], frame), abs=0)
 
@@ -78,8 +81,10 @@ def test_the_reversal_is_its_own_inverse_and_a_half_turn() -> None:
     assert so3.roll(180) == pytest.approx(REVERSAL, abs=1e-15)
 
 
-@pytest.mark.parametrize("convert", [check_frame, lambda f: convert_vector([0, 0, 0], f), lambda f: convert_attitude(np.eye(3), f)])
+@pytest.mark.parametrize(
+    "convert", [check_frame, lambda f: convert_vector([0, 0, 0], f), lambda f: convert_attitude(np.eye(3), f)]
+)
 def test_an_unknown_frame_is_refused_with_the_known_ones(convert) -> None:
-    with pytest.raises(UnknownNameError, match="enu, ned .*did you mean") as caught:
+    with pytest.raises(UnknownNameError, match=r"enu, ned .*did you mean") as caught:
         convert("neds")
     assert caught.value.known == ["enu", "ned"]

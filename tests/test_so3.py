@@ -8,10 +8,10 @@ import pytest
 import scipy.linalg
 import scipy.stats
 from hypothesis import given
-from strategies import UPRIGHT, UPSIDE_DOWN, batches, quaternions, rotation_vectors, rotations, vectors
 
 from gammastar import so3
 from gammastar.errors import GammastarError, RotationError, ShapeError
+from strategies import UPRIGHT, UPSIDE_DOWN, batches, quaternions, rotation_vectors, rotations, vectors
 
 ROUNDOFF = 1e-14  # a few products of numbers of size one, eps = 2.2e-16
 CHARTS = {"exp": so3.exp, "cayley": so3.cayley}
@@ -52,7 +52,7 @@ def test_vee_ignores_a_symmetric_part(a: np.ndarray, entries: np.ndarray) -> Non
 @given(rotation_vectors())
 def test_charts_give_rotations(chart: str, w: np.ndarray) -> None:
     R = CHARTS[chart](w)
-    assert R.T @ R == pytest.approx(np.eye(3), abs=ROUNDOFF)
+    assert pytest.approx(np.eye(3), abs=ROUNDOFF) == R.T @ R
     assert np.linalg.det(R) == pytest.approx(1, abs=ROUNDOFF)
 
 
@@ -98,7 +98,7 @@ def test_exp_is_a_one_parameter_group(w: np.ndarray, times: np.ndarray) -> None:
 
 @given(rotation_vectors())
 def test_exp_has_its_closed_form_derivative(w: np.ndarray) -> None:
-    """d exp(w) = exp(w) hat(Jr dw) with Jr = sum of (-hat(w))^k / (k + 1)!, an entire series."""
+    """D exp(w) = exp(w) hat(Jr dw) with Jr = sum of (-hat(w))^k / (k + 1)!, an entire series."""
     skew, right, term = so3.hat(w), np.eye(3), np.eye(3)
     for k in range(1, 30):
         term = term @ -skew / (k + 1)
@@ -117,7 +117,7 @@ def test_exp_has_its_second_derivatives_at_zero() -> None:
     for k in range(3):
         for j in range(3):
             a, b = so3.hat(np.eye(3)[k]), so3.hat(np.eye(3)[j])
-            assert found[k, :, j].reshape(3, 3).T == pytest.approx((a @ b + b @ a) / 2, abs=ROUNDOFF)
+            assert pytest.approx((a @ b + b @ a) / 2, abs=ROUNDOFF) == found[k, :, j].reshape(3, 3).T
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])

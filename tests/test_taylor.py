@@ -8,13 +8,13 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import numbers, vectors
 
 from gammastar import taylor
 from gammastar.errors import PathError
 from gammastar.taylor import Series
+from strategies import numbers, vectors
 
 ORDER = 5
 FORMULAS = {  # name: formula of x and y, both drawn from (0.2, 0.8), on which all of them are smooth
@@ -76,6 +76,7 @@ def both_ways(name: str) -> tuple[ca.Function, ca.Function]:
 
 
 @pytest.mark.parametrize("name", FORMULAS)
+@settings(max_examples=40)
 @given(numbers(0.2, 0.8), numbers(0.2, 0.8), vectors(0.5, ORDER), vectors(0.5, ORDER))
 def test_every_rule_is_repeated_differentiation(name: str, x: float, y: float, dx: np.ndarray, dy: np.ndarray) -> None:
     by_rules, again = both_ways(name)

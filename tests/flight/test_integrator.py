@@ -28,6 +28,7 @@ from gammastar.flight.integrator import (
     integrator,
 )
 
+IDENTITY = np.eye(3)
 INERTIA = np.diag([0.01, 0.02, 0.025])
 LOADED, FREE = np.array([1.0, 2.0, -1.0]), np.array([0.5, -1.0, 2.0])
 
@@ -52,14 +53,14 @@ def free_symmetric_body(time: Any, attitude: Any, euclidean: Any) -> tuple[Any, 
 
 
 def turned(
-    advance: Callable, field: Field, steps: int, duration: float, rates: np.ndarray
+    advance: Callable, field: Field, steps: int, duration: float, rates: np.ndarray, attitude: np.ndarray = IDENTITY
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return attitudes (steps + 1, 3, 3) and rates from the identity."""
+    """Return attitudes (steps + 1, 3, 3) and rates from an attitude."""
     x, time = ca.SX.sym("x", 12), ca.SX.sym("time")
     R, w = advance(field, time, ca.reshape(x[:9], 3, 3), x[9:], duration / steps)
     step = ca.Function("step", [x, time], [ca.densify(ca.vertcat(ca.vec(R), w)), ca.SX(0)])
     times = np.arange(steps)[None] * duration / steps
-    states, _ = engine.scan(step, np.concatenate([np.eye(3).ravel(), rates]), times)
+    states, _ = engine.scan(step, np.concatenate([so3.stack(attitude), rates]), times)
     return states[:9].T.reshape(-1, 3, 3).swapaxes(1, 2), states[9:].T
 
 
@@ -198,6 +199,20 @@ def test_a_steady_rotation_does_not_repeat_its_rounding(name: str) -> None:
     for rate in ([0.1, 0.05, 0.02], [0.0, 0.3, 0.0], [1.0, 0.0, 0.0]):
         attitudes, _ = turned(INTEGRATORS[name].advance, field, 60_000, 60.0, np.array(rate))
         assert so3.drift(attitudes) <= 1e-12
+
+
+@pytest.mark.parametrize("speed", [1.4, 2.0])
+@pytest.mark.parametrize("name", [name for name, method in INTEGRATORS.items() if method.keeps_group])
+def test_a_steady_circle_does_not_repeat_its_rounding(name: str, speed: float) -> None:
+    """The attitude of a circle flight without yaw rate: R e3 goes round a cone, and its height is the same number for 60 s."""
+
+    def circling(time: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
+        return speed * ca.vertcat(attitude[2, 0], attitude[2, 1], 0), 0 * euclidean
+
+    tilted = so3.exp([0, np.arctan(speed**2 / 9.8), 0])
+    attitudes, _ = turned(INTEGRATORS[name].advance, circling, 60_000, 60.0, np.zeros(3), tilted)
+    assert np.abs(attitudes[:, 2, 2] - tilted[2, 2]).max() < (0.2 if name == "lie-euler" else 1e-9)
+    assert so3.drift(attitudes) <= 1e-12
 
 
 def test_the_order_is_not_bought_by_more_stages_alone() -> None:

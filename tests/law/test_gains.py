@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import stable_poles
 
 from gammastar.errors import GammastarError, PoleError
 from gammastar.law.gains import chain_poles, companion, gains_from_poles, without_slowest
+from strategies import stable_poles
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])

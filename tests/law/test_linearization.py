@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import CURVES, IMPLICIT, PATHS, VEHICLES, feet, flow, numbers, states, vectors
 
 from gammastar.law import decoupling_matrix, linearize
 from gammastar.vehicle import split
+from strategies import CURVES, IMPLICIT, PATHS, VEHICLES, feet, flow, numbers, states, vectors
 
-BODIES = dict(zip(PATHS, [*VEHICLES, *VEHICLES, *VEHICLES, *VEHICLES, *VEHICLES], strict=False))  # each path flies one of them
+BODIES = dict(
+    zip(PATHS, [*VEHICLES, *VEHICLES, *VEHICLES, *VEHICLES, *VEHICLES], strict=False)
+)  # each path flies one of them
 
 
-few = settings(max_examples=30)  # on each of fourteen paths
+few = settings(max_examples=25)  # on each of fourteen paths
 
 
 class Chains(NamedTuple):
@@ -57,7 +59,9 @@ def chains(name: str) -> ca.Function:
         tangent = CURVES[name].jet(parameter, 1)[1]
         normal = ca.SX.eye(3) - ca.mtimes(tangent, tangent.T) / ca.dot(tangent, tangent)
     across = ca.mtimes(normal, ca.jtimes(outputs.transverse[:, 3], where, moving))
-    highest = ca.vertcat(across, ca.jtimes(outputs.tangential[3], where, moving), ca.jtimes(linear.yaw_value, where, moving))
+    highest = ca.vertcat(
+        across, ca.jtimes(outputs.tangential[3], where, moving), ca.jtimes(linear.yaw_value, where, moving)
+    )
     at = ca.Function("highest", [state, parameter, control], [highest])
     requested = ca.vertcat(ca.mtimes(normal, request[:-2]), request[-2:])
     answer = linear.input_for(requested[:-2], requested[-2], requested[-1])
@@ -145,6 +149,7 @@ def gradients(name: str) -> ca.Function:
 
 
 @pytest.mark.parametrize("name", IMPLICIT)
+@settings(max_examples=50)
 @given(st.data())
 def test_the_determinant_is_the_papers_with_the_gradient_of_pi(name: str, data: st.DataObject) -> None:
     """Eq. (18), corrected: det D = zeta1^2 beta' det R <-d alpha1, d alpha2 x d pi> / (m^3 det J), on the path and off it."""
@@ -152,9 +157,13 @@ def test_the_determinant_is_the_papers_with_the_gradient_of_pi(name: str, data: 
     vehicle = VEHICLES[BODIES[name]]
     first, second, along = np.array(gradients(name)(x[:3]))
     slope = np.cosh(x[17] / 5) / 5
-    expected = x[18] ** 2 * slope * (-first @ np.cross(second, along)) / (vehicle.mass**3 * np.linalg.det(vehicle.inertia))
+    expected = (
+        x[18] ** 2 * slope * (-first @ np.cross(second, along)) / (vehicle.mass**3 * np.linalg.det(vehicle.inertia))
+    )
     # a product of numbers as large as the columns: relative to them, not to a small determinant
-    assert np.linalg.det(found.matrix) == pytest.approx(expected, rel=1e-10, abs=1e-13 * np.prod(np.linalg.norm(found.matrix, axis=0)))
+    assert np.linalg.det(found.matrix) == pytest.approx(
+        expected, rel=1e-10, abs=1e-13 * np.prod(np.linalg.norm(found.matrix, axis=0))
+    )
 
 
 def test_the_printed_determinant_differs_off_the_path() -> None:

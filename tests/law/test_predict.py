@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
 import scipy.integrate
-from strategies import PAPER_POSITION, PAPER_VEHICLE, PATHS, UPRIGHT, UPSIDE_DOWN, VEHICLES
 
 from gammastar import so3
 from gammastar.errors import InputError, PredictionError, SingularStartError
 from gammastar.law import Point, Prediction, Ramp, Speed, Stop, design
 from gammastar.path import catalogue as paths
 from gammastar.vehicle import State
+from strategies import PAPER_POSITION, PAPER_VEHICLE, PATHS, UPRIGHT, UPSIDE_DOWN, VEHICLES
 
 TIMES = np.arange(0, 20.0005, 1e-3)
 STARTS = {"upright": UPRIGHT, "upside down": UPSIDE_DOWN}
@@ -58,7 +59,13 @@ def test_the_paper_scenarios_meet_the_numbers_of_the_design(pole: float, start: 
 def test_the_inverted_start_costs_more_than_the_upright_one_only_with_slow_poles() -> None:
     """The paper's remark on effort holds below p of about 2.8 (design, section 5)."""
     costs = {p: [paper_flight(p, start).tilt_rate.max() for start in STARTS] for p in (1.5, 2.0, 2.5, 3.0, 4.0)}
-    assert {p: upside > up for p, (up, upside) in costs.items()} == {1.5: True, 2.0: True, 2.5: True, 3.0: False, 4.0: False}
+    assert {p: upside > up for p, (up, upside) in costs.items()} == {
+        1.5: True,
+        2.0: True,
+        2.5: True,
+        3.0: False,
+        4.0: False,
+    }
 
 
 # --- laws of the closed form itself ----------------------------------------------------------------------------------
@@ -69,7 +76,12 @@ SCENARIOS = {
     "line": ("full inertia", "line", Stop(0.7, 8.0, 3.0), State((0, 2, 3), attitude=so3.pitch(-100))),
     "helix": ("loaded", "helix", Speed(0.5), State((1.0, 0.6, 1.5), angular_velocity=(0.5, -0.3, 0.8))),
     "ellipse": ("paper", "ellipse", Point(2.0), State((3.4, 1.0, 2.5), (0.1, 0.2, 0.3), so3.yaw(40))),
-    "nonplanar circle": ("full inertia", "nonplanar circle", Ramp(0.45), State((1.6, 0.3, 1.2), attitude=so3.roll(-20))),
+    "nonplanar circle": (
+        "full inertia",
+        "nonplanar circle",
+        Ramp(0.45),
+        State((1.6, 0.3, 1.2), attitude=so3.roll(-20)),
+    ),
     "twisted": ("paper", "twisted", Ramp(0.2), State((0, 0.3, 0.1))),
     "parabola": ("loaded", "parabola", Point(0.7), State((0.2, 0.1, 0.1))),
 }
@@ -100,7 +112,7 @@ def test_predicted_derivatives_integrate_into_each_other(name: str) -> None:
     """Position, velocity, acceleration, jerk, snap at 1 ms: Simpson's rule is exact to 1e-13 times a fifth derivative."""
     flight, _ = scenario(name)
     chain = [flight.position, flight.velocity, flight.acceleration, flight.jerk, flight.snap]
-    for lower, upper in zip(chain[:-1], chain[1:], strict=True):
+    for lower, upper in itertools.pairwise(chain):
         change = scipy.integrate.simpson(upper, x=flight.time, axis=0)
         assert lower[-1] - lower[0] == pytest.approx(change, abs=1e-8 * (1 + np.abs(upper).max()))
         middle = len(flight.time) // 3 * 2
@@ -110,15 +122,23 @@ def test_predicted_derivatives_integrate_into_each_other(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_chains_solve_their_differential_equations(name: str) -> None:
-    """y' = A y with the gains of the poles: an adaptive integrator against the matrix exponential."""
+    """Y' = A y with the gains of the poles: an adaptive integrator against the matrix exponential."""
     flight, _ = scenario(name)
     gains = np.poly([-1.5, -2, -2 + 1j, -2 - 1j])[:0:-1].real
     for chain in flight.transverse_state.transpose(1, 0, 2):
         solved = scipy.integrate.solve_ivp(
-            lambda _, y: np.append(y[1:], -gains @ y), (0, 8), chain[0], "DOP853", flight.time[::500], rtol=1e-12, atol=1e-13
+            lambda _, y: np.append(y[1:], -gains @ y),
+            (0, 8),
+            chain[0],
+            "DOP853",
+            flight.time[::500],
+            rtol=1e-12,
+            atol=1e-13,
         )
         assert chain[::500] == pytest.approx(solved.y.T, abs=1e-10 * (1 + np.abs(chain).max()))
-    assert flight.yaw_output == pytest.approx(0.2 + (flight.yaw_output[0] - 0.2) * np.exp(-2.5 * flight.time), abs=1e-14)
+    assert flight.yaw_output == pytest.approx(
+        0.2 + (flight.yaw_output[0] - 0.2) * np.exp(-2.5 * flight.time), abs=1e-14
+    )
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -135,7 +155,7 @@ def test_tilt_is_how_the_thrust_direction_moves(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_the_thrust_vector_obeys_newton(name: str) -> None:
-    """m chi'' = m g e3 - zeta1 R e3 - m K_t."""
+    """M chi'' = m g e3 - zeta1 R e3 - m K_t."""
     flight, _ = scenario(name)
     vehicle = VEHICLES[SCENARIOS[name][0]]
     force = flight.thrust[:, None] * flight.thrust_direction

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+
 import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import PATHS, numbers
 
 from gammastar.errors import InputError
 from gammastar.law import Point, Ramp, Reference, Speed, Stop
+from strategies import PATHS, numbers
 
 CIRCLE, LINE = PATHS["circle"], PATHS["line"]
 TURN = 2 * np.pi
@@ -18,9 +20,13 @@ TURN = 2 * np.pi
 
 def jets(reference: Reference, times: np.ndarray) -> np.ndarray:
     """Return (n, 5) jets at times."""
+    return np.array([np.array(function_of(reference)(t)).ravel() for t in times])
+
+
+@functools.lru_cache(maxsize=16)
+def function_of(reference: Reference) -> ca.Function:
     symbol = ca.SX.sym("time")
-    function = ca.Function("jet", [symbol], [ca.densify(reference.jet(symbol))])
-    return np.array([np.array(function(t)).ravel() for t in times])
+    return ca.Function("jet", [symbol], [ca.densify(reference.jet(symbol))])
 
 
 def differentiated(reference: Reference) -> ca.Function:
@@ -44,6 +50,7 @@ REFERENCES = {
 
 
 @pytest.mark.parametrize("name", REFERENCES)
+@settings(max_examples=40)
 @given(numbers(0, 25))
 def test_a_jet_is_the_derivatives_of_the_coordinate(name: str, time: float) -> None:
     reference = REFERENCES[name]

@@ -8,13 +8,24 @@ import functools
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import PAPER_VEHICLE, VEHICLES, directions, flow, inertias, numbers, rotations, states, vectors, vehicles
 
 from gammastar import so3
 from gammastar.errors import GammastarError, InputError, ShapeError
 from gammastar.vehicle import Vehicle, split
+from strategies import (
+    PAPER_VEHICLE,
+    VEHICLES,
+    directions,
+    flow,
+    inertias,
+    numbers,
+    rotations,
+    states,
+    vectors,
+    vehicles,
+)
 
 inputs = st.builds(lambda ddot, torque: np.array([ddot, *torque]), numbers(-50, 50), vectors(5.0))
 
@@ -47,6 +58,7 @@ def numbers_of(name: str, x: np.ndarray, u: np.ndarray) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_momentum_changes_by_the_force(name: str, x: np.ndarray, u: np.ndarray) -> None:
     """Newton in the world frame: m v' = m g e3 - zeta1 R e3 - m K_t, Eq. (1)."""
@@ -60,6 +72,7 @@ def test_momentum_changes_by_the_force(name: str, x: np.ndarray, u: np.ndarray) 
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_angular_momentum_changes_by_the_torque(name: str, x: np.ndarray, u: np.ndarray) -> None:
     """Euler in the world frame: d/dt (R J Omega) = R (tau - K_r), which is Eq. (3) without its cross product."""
@@ -71,6 +84,7 @@ def test_angular_momentum_changes_by_the_torque(name: str, x: np.ndarray, u: np.
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_attitude_stays_on_the_group_to_first_order(name: str, x: np.ndarray, u: np.ndarray) -> None:
     """R^T R' is skew and equals hat(Omega), Eqs. (2), (6)."""
@@ -80,6 +94,7 @@ def test_attitude_stays_on_the_group_to_first_order(name: str, x: np.ndarray, u:
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_energy_changes_by_the_power_of_thrust_and_torque(name: str, x: np.ndarray, u: np.ndarray) -> None:
     """d/dt (m v^2/2 - m g z + Omega.J Omega/2) = -zeta1 v.R e3 - m v.K_t + Omega.(tau - K_r)."""
@@ -101,6 +116,7 @@ def test_hover_is_an_equilibrium() -> None:
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_jerk_is_the_derivative_of_acceleration_along_the_flow(name: str, x: np.ndarray, u: np.ndarray) -> None:
     rate, acceleration, jerk, _, derivative, _, _ = numbers_of(name, x, u)
@@ -109,6 +125,7 @@ def test_jerk_is_the_derivative_of_acceleration_along_the_flow(name: str, x: np.
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_snap_is_the_derivative_of_jerk_along_the_flow(name: str, x: np.ndarray, u: np.ndarray) -> None:
     _, _, _, snap, _, derivative, _ = numbers_of(name, x, u)
@@ -127,6 +144,7 @@ def test_acceleration_and_jerk_do_not_feel_the_input() -> None:
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@settings(max_examples=50)
 @given(states(weight=5.0), inputs)
 def test_input_for_inverts_the_snap(name: str, x: np.ndarray, u: np.ndarray) -> None:
     """Any input is recovered from the snap and the r' that it causes, for full inertia and constant loads."""

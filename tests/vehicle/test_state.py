@@ -8,12 +8,12 @@ import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import UPRIGHT, UPSIDE_DOWN, numbers, rotations, states, vectors
 
 from gammastar import so3
 from gammastar.errors import GammastarError, RotationError, ShapeError
 from gammastar.vehicle import State, join, split
 from gammastar.vehicle.state import NAMES, SIZE
+from strategies import UPRIGHT, UPSIDE_DOWN, numbers, rotations, states, vectors
 
 
 def test_the_order_is_that_of_the_paper() -> None:

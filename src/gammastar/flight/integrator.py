@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from gammastar import so3
@@ -106,6 +107,11 @@ def _turned(attitude: Any, increment: Any) -> Any:
     return attitude + attitude @ increment
 
 
+def _composed(first: Any, second: Any) -> Any:
+    """Graph: return D with I + D = (I + D1)(I + D2): increments are composed first and turn the attitude once."""
+    return first + second + first @ second
+
+
 def _rkmk4_cayley(field: Field, time: Any, attitude: Any, euclidean: Any, step: Any) -> tuple[Any, Any]:
     """Graph: classical RK4 for (w, y) with R = R0 cay(w)."""
     turns: list[Any] = []
@@ -130,13 +136,17 @@ def _rkmk4_cayley(field: Field, time: Any, attitude: Any, euclidean: Any, step: 
 def _cf4(field: Field, time: Any, attitude: Any, euclidean: Any, step: Any) -> tuple[Any, Any]:
     """Graph: the commutator-free method with two exponentials in the last stage and in the update."""
     k1, f1 = field(time, attitude, euclidean)
-    second = _turned(attitude, so3.exp_increment(step * k1 / 2))
-    k2, f2 = field(time + step / 2, second, euclidean + step * f1 / 2)
-    k3, f3 = field(time + step / 2, _turned(attitude, so3.exp_increment(step * k2 / 2)), euclidean + step * f2 / 2)
-    k4, f4 = field(time + step, _turned(second, so3.exp_increment(step * (k3 - k1 / 2))), euclidean + step * f3)
-    moved = _turned(attitude, so3.exp_increment(step * (3 * k1 + 2 * k2 + 2 * k3 - k4) / 12))
-    moved = _turned(moved, so3.exp_increment(step * (-k1 + 2 * k2 + 2 * k3 + 3 * k4) / 12))
-    return moved, euclidean + step * (f1 + 2 * f2 + 2 * f3 + f4) / 6
+    half = so3.exp_increment(step * k1 / 2)
+    k2, f2 = field(time + step / 2, _turned(attitude, half), euclidean + step * f1 / 2)
+    middle = _turned(attitude, so3.exp_increment(step * k2 / 2))
+    k3, f3 = field(time + step / 2, middle, euclidean + step * f2 / 2)
+    last = _turned(attitude, _composed(half, so3.exp_increment(step * (k3 - k1 / 2))))
+    k4, f4 = field(time + step, last, euclidean + step * f3)
+    moved = _composed(
+        so3.exp_increment(step * (3 * k1 + 2 * k2 + 2 * k3 - k4) / 12),
+        so3.exp_increment(step * (-k1 + 2 * k2 + 2 * k3 + 3 * k4) / 12),
+    )
+    return _turned(attitude, moved), euclidean + step * (f1 + 2 * f2 + 2 * f3 + f4) / 6
 
 
 def _lie_euler(field: Field, time: Any, attitude: Any, euclidean: Any, step: Any) -> tuple[Any, Any]:
@@ -149,12 +159,13 @@ def _carpenter_kennedy(field: Field, time: Any, attitude: Any, euclidean: Any, s
     """Graph: five stages in 2N storage, each update one exponential."""
     turn: Any = 0
     change: Any = 0
+    moved: Any = ca.SX(3, 3)
     scheme = CARPENTER_KENNEDY
     for a, b, node in zip(scheme.a, scheme.b, scheme.nodes, strict=True):
-        omega, rate = field(time + node * step, attitude, euclidean)
+        omega, rate = field(time + node * step, _turned(attitude, moved), euclidean)
         turn, change = a * turn + step * omega, a * change + step * rate
-        attitude, euclidean = _turned(attitude, so3.exp_increment(b * turn)), euclidean + b * change
-    return attitude, euclidean
+        moved, euclidean = _composed(moved, so3.exp_increment(b * turn)), euclidean + b * change
+    return _turned(attitude, moved), euclidean
 
 
 def _rk4_entries(field: Field, time: Any, attitude: Any, euclidean: Any, step: Any) -> tuple[Any, Any]:
