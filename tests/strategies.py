@@ -214,12 +214,17 @@ def feet(draw: st.DrawFn, name: str, least_margin: float = 0.05) -> Foot:
 
 @functools.cache
 def margin_of(name: str) -> Any:
-    """Return the function position -> focal margin of an implicit path: |det| of its gradients over their size."""
+    """Return the function position -> focal margin of an implicit path.
+
+    How independent its gradients are, times how much steeper pi is at the seed than here.
+    """
     path, position = IMPLICIT[name], ca.SX.sym("position", 3)
     entries = ca.vertsplit(position)
     gradient = ca.jacobian(ca.vertcat(*(f(*entries) for f in (path.first, path.second, path.coordinate))), position)
-    margin = ca.fabs(ca.det(gradient)) / (ca.sumsqr(gradient) / 3) ** 1.5
-    return ca.Function("margin", [position], [margin])
+    lengths = [ca.norm_2(gradient[row, :]) for row in range(3)]
+    steepness = ca.Function("steepness", [position], [lengths[2]])
+    independence = ca.fabs(ca.det(gradient)) / (lengths[0] * lengths[1] * lengths[2])
+    return ca.Function("margin", [position], [independence * float(steepness(path.seed)) / lengths[2]])
 
 
 @st.composite

@@ -4,17 +4,37 @@ import typing as _typing
 
 from gammastar import errors, so3
 from gammastar.flight import INTEGRATORS, FlightRecord, SensorNoise, Status, fly
-from gammastar.law import Law, Point, Prediction, Ramp, Speed, Stop, design
+from gammastar.law import (
+    Along,
+    Approach,
+    Azimuth,
+    Law,
+    Leg,
+    Legs,
+    Point,
+    Prediction,
+    Ramp,
+    Speed,
+    Stop,
+    Towards,
+    design,
+)
 from gammastar.path import Curve, ImplicitPath
 from gammastar.path import catalogue as paths
+from gammastar.path.waypoints import waypoints
 from gammastar.vehicle import State, Vehicle
 
 __all__ = [
+    "Along",
+    "Approach",
+    "Azimuth",
     "Curve",
     "FlightRecord",
     "INTEGRATORS",
     "ImplicitPath",
     "Law",
+    "Leg",
+    "Legs",
     "Mission",
     "Point",
     "Prediction",
@@ -24,6 +44,7 @@ __all__ = [
     "State",
     "Status",
     "Stop",
+    "Towards",
     "Vehicle",
     "design",
     "errors",
@@ -31,8 +52,14 @@ __all__ = [
     "load_mission",
     "paths",
     "so3",
+    "waypoints",
 ]
 __version__ = "0.1.0"
+
+
+def __dir__() -> list[str]:
+    """List the public names, those that load on first use included."""
+    return [*__all__, "__version__"]
 
 
 def __getattr__(name: str) -> _typing.Any:

@@ -154,7 +154,7 @@ def test_the_transverse_output_of_a_curve_is_the_vector_from_its_nearest_point(n
 @few
 @given(st.data())
 def test_the_focal_margin_is_the_one_of_geometry(name: str, data: st.DataObject) -> None:
-    """1 - <e, sigma''>/|sigma'|^2 for a curve; the determinant of the gradients over their size for an implicit path."""
+    """1 - <e, sigma''>/|sigma'|^2 for a curve; for an implicit path see `margin_of`, where the seed lies on the path."""
     foot = data.draw(feet(name))
     assert ask(name, foot, np.zeros((3, 4))).margin == pytest.approx(foot.margin, rel=1e-12)
 

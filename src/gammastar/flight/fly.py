@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -15,13 +16,14 @@ from gammastar.flight.loop import FEEDBACKS, TRUE_PARAMETER, ClosedLoop, interva
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise
-from gammastar.law import AnyReference, Law, Speed
+from gammastar.law import AnyReference, Heading, Law, Speed
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 MOST_STEPS = 5_000_000  # rows of a record, some 2 GB
 SMALLEST_FOCAL_MARGIN = 1e-9
 SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
+RESOLVED_SHARE = 0.1  # of the first transverse error, by which a resolved flight may end beside its closed form
 LARGEST_TURN = 1.0  # [rad] in one integration step; beyond it no method of fixed step resolves the motion
 NEAR = 0.1  # of a margin's usual size: a flight that breaks down this near to a singularity broke down because of it
 
@@ -41,6 +43,7 @@ def fly(
     noise: SensorNoise | None = None,
     seed: int = 0,
     yaw_reference: float = 0.0,
+    heading: Heading | None = None,
     settled_within: float = 1e-3,
     progress: Callable[[int, int], None] | None = None,
     throw: bool = False,
@@ -63,6 +66,7 @@ def fly(
         noise: On what the law measures; needs sampled feedback.
         seed: Of the noise.
         yaw_reference: Constant reference of the yaw output [rad/s for the default output].
+        heading: `Along`, `Azimuth` or `Towards` in place of a constant reference.
         settled_within: Distance [m] that counts as on the path in the summary.
         progress: Called with (steps done, steps in all).
         throw: Raise `FlightError` when the flight ends early; otherwise the record's status says so.
@@ -96,7 +100,7 @@ def fly(
         law=law,
         truth=law.vehicle if truth is None else truth,
         reference=wanted.resolved(law.path, parameter),
-        yaw_reference=number(yaw_reference, "yaw reference"),
+        yaw=number(yaw_reference, "yaw reference") if heading is None else heading,
         integrator=integrator_by_name(integrator),
         feedback=feedback,  # type: ignore[arg-type]
         interval=interval,
@@ -118,6 +122,8 @@ def fly(
         progress=None if progress is None else lambda done: progress(min(done, steps), steps),
     )
     record = _record(loop, states, observations, exogenous[0], start, wanted, settled_within, steps)
+    if record.completed and record.nominal and not _is_resolved(record):
+        record = dataclasses.replace(record, status=Status.UNRESOLVED)
     if throw and not record.completed:
         raise FlightError(
             f"the flight must reach {duration:g} s (got {record.status_time:.4g} s: {record.status.value}); "
@@ -132,9 +138,20 @@ def _first_bad(after: np.ndarray, seen: np.ndarray, least_thrust: float, step: f
     with np.errstate(invalid="ignore", over="ignore"):
         bad = ~(np.isfinite(after).all(axis=0) & np.isfinite(seen).all(axis=0))
         bad |= ~(after[STATE_SIZE - 2] > least_thrust)
-        bad |= ~(seen[-1] > SMALLEST_FOCAL_MARGIN)
+        bad |= ~((seen[-1] > SMALLEST_FOCAL_MARGIN) | (seen[-3] > 0))
         bad |= ~(np.linalg.norm(after[15:18], axis=0) * step < LARGEST_TURN)
     return int(bad.argmax()) if bad.any() else None
+
+
+def _is_resolved(record: FlightRecord) -> bool:
+    """Return whether a nominal flight ends roughly where its closed form does.
+
+    Both are exact but for the integration, so what parts them is the step.  Small differences are for the summary to show.
+    """
+    across = record.law.predict_transverse(record.start, record.time[-1:])[0, :, 0]
+    ended = np.linalg.norm(record.transverse_state[-1, :, 0])
+    size = np.linalg.norm(record.transverse_state[0, :, 0])
+    return bool(abs(ended - np.linalg.norm(across)) <= 10 * record.settled_within + RESOLVED_SHARE * size)
 
 
 def _record(
@@ -165,6 +182,8 @@ def _record(
         transverse_state=path.normal_components(parameters, transverse),
         tangential_state=observations[:, 4 + width : 8 + width],
         yaw_output=observations[:, 8 + width],
+        waiting=observations[:, 9 + width] > 0,
+        constrained=observations[:, 10 + width] > 0,
         distance=path.distances(state[:, :3], parameters),
         free_fall_margin=free_fall,
         focal_margin=focal,
@@ -175,9 +194,11 @@ def _record(
         truth=loop.truth,
         start=start,
         reference=reference,
-        yaw_reference=loop.yaw_reference,
+        yaw_reference=loop.yaw,
         settled_within=settled_within,
-        nominal=loop.feedback == "continuous" and loop.truth is loop.law.vehicle,
+        nominal=loop.feedback == "continuous"
+        and loop.truth is loop.law.vehicle
+        and not observations[:, 10 + width].any(),
     )
 
 

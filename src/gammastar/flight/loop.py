@@ -1,13 +1,12 @@
 """The closed loop as one graph: (loop state, time and noise) -> (next loop state, observation).
 
 The loop state is explicit: the vehicle's 20 numbers, the path parameter that the law tracks from what it measures, the
-parameter of the point truly nearest, and the input that a sampled law holds.
+parameter of the point truly nearest, the input that a sampled law holds, and whether a target on the path waits.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,15 +17,33 @@ from gammastar.errors import InputError
 from gammastar.flight.integrator import Integrator
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import measured
-from gammastar.law import Law, Linearization, Reference, linearize
+from gammastar.law import Law, Reference, linearize
+from gammastar.law.approach import CAPTURE_RESIDUAL, CAPTURE_STEPS, floored
+from gammastar.law.design import Yaw
+from gammastar.path import ParametricPath
 from gammastar.vehicle import StateGraph, Vehicle, join, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
+OBSERVED = ("input", "transverse", "tangential", "yaw_output", "waiting", "constrained", "focal_margin")
 Feedback = Literal["continuous", "start", "middle"]
 FEEDBACKS = ("continuous", "start", "middle")
-PARAMETER, TRUE_PARAMETER, HELD = STATE_SIZE, STATE_SIZE + 1, slice(STATE_SIZE + 2, STATE_SIZE + 6)
-LOOP_SIZE = STATE_SIZE + 6
+PARAMETER, TRUE_PARAMETER, HELD, WAITING = (
+    STATE_SIZE,
+    STATE_SIZE + 1,
+    slice(STATE_SIZE + 2, STATE_SIZE + 6),
+    STATE_SIZE + 6,
+)
+LOOP_SIZE = STATE_SIZE + 7
 MOST_SUBSTEPS = 1000  # a control interval longer than this many integration steps is a slip, not a wish
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Graph: what the law does at one instant."""
+
+    input: Any  # SX (4,)
+    parameter_rate: Any  # SX, of the tracked path parameter; zero while the target waits
+    constrained: Any  # SX, 1 where the approach bends the linear law: target waiting, error cut or thrust on its way to the floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +53,7 @@ class ClosedLoop:
     law: Law
     truth: Vehicle
     reference: Reference
-    yaw_reference: float  # of beta(r), constant
+    yaw: Yaw  # constant reference of beta(r), or a heading
     integrator: Integrator
     feedback: Feedback
     interval: float  # [s] between rows of the record: the integration step, or the control interval
@@ -44,72 +61,117 @@ class ClosedLoop:
     noisy: bool
 
     def step(self) -> Any:
-        """Return the function of one interval: (loop state (26,), [time, noise] (13,)) -> (next, observation)."""
+        """Return the function of one interval: (loop state (27,), [time, noise] (13,)) -> (next, observation).
+
+        The graph is built once for a path's kind; the data of the segment that holds the parameter are looked up outside it.
+        """
+        core = self._core()
+        if self.law.path.data_size == 0:
+            loop_state, exogenous = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("exogenous", 1 + NOISE_SIZE)
+            return ca.Function("step", [loop_state, exogenous], list(core(loop_state, exogenous, ca.SX(0, 1))))
+        state, other = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("exogenous", 1 + NOISE_SIZE)
+        return ca.Function("step", [state, other], core(state, other, self.law.path.lookup(state[PARAMETER])))
+
+    def _core(self) -> Any:
+        """Return the function (loop state, [time, noise], data of the path) -> (next loop state, observation)."""
         loop_state, exogenous = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("exogenous", 1 + NOISE_SIZE)
+        data = ca.SX.sym("data", self.law.path.data_size)
         time, state = exogenous[0], split(loop_state[:STATE_SIZE])
         if self.feedback == "continuous":
-            after, control = self._continuous(state, loop_state[PARAMETER], time)
+            after, decision, waiting = self._continuous(loop_state, state, time, data)
         else:
-            after, control = self._sampled(loop_state, state, time, exogenous[1:])
-        true_parameter = loop_state[PARAMETER if self.feedback == "continuous" else TRUE_PARAMETER]
-        observation = self._observation(state, true_parameter, control)
-        return ca.Function("step", [loop_state, exogenous], ca.cse([ca.densify(after), ca.densify(observation)]))
+            after, decision, waiting = self._sampled(loop_state, state, time, exogenous[1:], data)
+        observation = self._observation(
+            state, loop_state[TRUE_PARAMETER], loop_state[PARAMETER], waiting, decision, data
+        )
+        results = ca.cse([ca.densify(after), ca.densify(observation)])
+        return ca.Function("core", [loop_state, exogenous, data], results)
 
     def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
-        """Return the loop state (26,) at the start of a flight; the held input is the law's at the start."""
-        symbol = ca.SX.sym("state", STATE_SIZE)
-        value = ca.Function("control", [symbol], [self._control(split(symbol), parameter, 0.0)[0]])
-        return np.concatenate([state, [parameter, parameter], np.array(value(state)).ravel()])
+        """Return the loop state (27,) at the start of a flight; the held input is the law's at the start."""
+        law, waiting = self.law, 0.0
+        if law.approach is not None and law.focal_margin(state, parameter) < law.approach.enter:
+            waiting = 1.0
+        symbol, data = ca.SX.sym("state", STATE_SIZE), ca.DM(law.path.data(np.array([parameter])))
+        value = self._decide(split(symbol), ca.vertcat(parameter, data), ca.SX(waiting), 0.0).input
+        control = np.array(ca.Function("control", [symbol], [value])(state)).ravel()
+        return np.concatenate([state, [parameter, parameter], control, [waiting]])
 
-    def _control(self, state: StateGraph, parameter: Any, time: Any) -> tuple[Any, Linearization]:
-        """Graph: return the law's input SX (4,) at a state, and the linearization it used."""
-        control = self.law.control(
-            state,
-            parameter,
-            self.reference.jet(time),
-            ca.vertcat(self.yaw_reference, 0),
-            self.reference.holds_position,
-        )
-        return control.input, control.linearization
+    def _decide(self, state: StateGraph, place: Any, waiting: Any, time: Any) -> Decision:
+        """Graph: return the input at a state in the mode that holds, waiting (1) or following (0)."""
+        law = self.law
+        control = law.control(state, place, self.reference.jet(time), self.yaw, self.reference.holds_position)
+        outputs = control.linearization.outputs
+        if law.approach is None:
+            return Decision(control.input, outputs.tangential[1], 0)
+        waited = law.wait(state, place, self.yaw)
+        free = _chosen(waiting, waited, control.input)
+        kept = floored(state, free, law.approach.floor(law.vehicle))
+        cut = ca.norm_2(outputs.transverse[:, 0]) > law.longest_error
+        constrained = ca.logic_or(ca.logic_or(waiting, cut), kept[0] > free[0])
+        return Decision(kept, ca.if_else(waiting, 0, outputs.tangential[1]), constrained)
 
-    def _continuous(self, state: StateGraph, parameter: Any, time: Any) -> tuple[Any, Any]:
+    def _mode(self, state: StateGraph, parameter: Any, waiting: Any, data: Any) -> tuple[Any, Any]:
+        """Graph: return the parameter to use and whether the target waits, from what held until now."""
+        law = self.law
+        if law.approach is None:
+            return parameter, ca.SX(0)
+        assert isinstance(law.path, ParametricPath)
+        margin, _ = law.path.nearness(state.position, ca.vertcat(parameter, data))
+        candidate = law.path.track(state.position, ca.vertcat(parameter, data), CAPTURE_STEPS)
+        candidate_margin, residual = law.path.nearness(state.position, ca.vertcat(candidate, data))
+        captured = ca.logic_and(candidate_margin > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
+        still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
+        return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
+
+    def _continuous(self, loop_state: Any, state: StateGraph, time: Any, data: Any) -> tuple[Any, Decision, Any]:
         """Graph: feedback in every stage; the path parameter is integrated too and corrected at the end."""
-        controls: list[Any] = []
+        path, decisions = self.law.path, list[Decision]()
+        parameter, waiting = self._mode(state, loop_state[PARAMETER], loop_state[WAITING], data)
 
         def field(now: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
             current = _with(attitude, euclidean)
-            control, linearization = self._control(current, euclidean[11], now)
-            controls.append(control)
-            rate = self._vehicle_rate(self.truth, current, control)
-            return current.angular_velocity, ca.vertcat(rate, linearization.outputs.tangential[1])
+            decision = self._decide(current, ca.vertcat(euclidean[11], data), waiting, now)
+            decisions.append(decision)
+            rate = self._vehicle_rate(self.truth, current, decision.input)
+            return current.angular_velocity, ca.vertcat(rate, decision.parameter_rate)
 
         attitude, euclidean = self.integrator.advance(
             field, time, state.attitude, ca.vertcat(_euclidean(state), parameter), self.interval
         )
         after = _with(attitude, euclidean)
-        tracked = self.law.path.track(after.position, euclidean[11])
-        return ca.vertcat(join(after), tracked, tracked, controls[0]), controls[0]
+        tracked = path.track(after.position, ca.vertcat(euclidean[11], data))
+        true_parameter = tracked
+        if self.law.approach is not None:
+            sought = path.track(after.position, ca.vertcat(loop_state[TRUE_PARAMETER], data))
+            true_parameter = ca.if_else(waiting, sought, tracked)
+            tracked = ca.if_else(waiting, parameter, tracked)
+        loop_after = ca.vertcat(join(after), tracked, true_parameter, decisions[0].input, waiting)
+        return loop_after, decisions[0], waiting
 
-    def _sampled(self, loop_state: Any, state: StateGraph, time: Any, noise: Any) -> tuple[Any, Any]:
+    def _sampled(
+        self, loop_state: Any, state: StateGraph, time: Any, noise: Any, data: Any
+    ) -> tuple[Any, Decision, Any]:
         """Graph: the input is computed once from what is measured and held while the true vehicle moves."""
+        path, held = self.law.path, loop_state[PARAMETER]
         seen = measured(state, noise) if self.noisy else state
-        parameter = self.law.path.track(seen.position, loop_state[PARAMETER])
+        tracked = ca.if_else(loop_state[WAITING], held, path.track(seen.position, ca.vertcat(held, data)))
+        parameter, waiting = self._mode(seen, tracked, loop_state[WAITING], data)
+        used, used_time, left = seen, time, self.interval
         if self.feedback == "middle":
+            used_time, left = time + self.interval / 2, self.interval / 2
             used = self._moved(self.law.vehicle, seen, loop_state[HELD], time, self.interval / 2)
-            used_parameter = self.law.path.track(used.position, parameter)
-            control, linearization = self._control(used, used_parameter, time + self.interval / 2)
-            ahead = used_parameter + self.interval / 2 * linearization.outputs.tangential[1]
-        else:
-            control, linearization = self._control(seen, parameter, time)
-            ahead = parameter + self.interval * linearization.outputs.tangential[1]
+            parameter = ca.if_else(waiting, parameter, path.track(used.position, ca.vertcat(parameter, data)))
+        decision = self._decide(used, ca.vertcat(parameter, data), waiting, used_time)
+        ahead = parameter + left * decision.parameter_rate
         symbols = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("input", 4), ca.SX.sym("time")
         moved = self._moved(self.truth, split(symbols[0]), symbols[1], symbols[2], self.interval / self.substeps)
         substep = ca.Function("substep", symbols, ca.cse([join(moved)]))
         vector = join(state)
         for k in range(self.substeps):
-            vector = substep(vector, control, time + k * self.interval / self.substeps)
-        true_parameter = self.law.path.track(vector[:3], loop_state[TRUE_PARAMETER])
-        return ca.vertcat(vector, ahead, true_parameter, control), control
+            vector = substep(vector, decision.input, time + k * self.interval / self.substeps)
+        true_parameter = path.track(vector[:3], ca.vertcat(loop_state[TRUE_PARAMETER], data))
+        return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, waiting
 
     def _moved(self, vehicle: Vehicle, state: StateGraph, control: Any, time: Any, step: float) -> StateGraph:
         """Graph: return the state after one integration step with the input held."""
@@ -125,11 +187,29 @@ class ClosedLoop:
         """Graph: return the rate SX (11,) of the Euclidean parts of a state."""
         return ca.vertcat(*vehicle.rates(state, control[0], control[1:4]))
 
-    def _observation(self, state: StateGraph, parameter: Any, control: Any) -> Any:
-        """Graph: return input, xi, eta, the yaw output and the focal margin, of the true state and vehicle."""
-        true = linearize(self.truth, self.law.path, state, parameter, self.law.yaw_output)
-        outputs = true.outputs
-        return ca.vertcat(control, ca.vec(outputs.transverse), outputs.tangential, true.yaw_value, outputs.focal_margin)
+    def _observation(
+        self, state: StateGraph, true_parameter: Any, parameter: Any, waiting: Any, decision: Decision, data: Any
+    ) -> Any:
+        """Graph: return what a record keeps of a row, of the true state and vehicle; see `OBSERVED`.
+
+        While the target waits, xi is the error to it and its derivatives, and eta the target, at rest.
+        """
+        true = linearize(self.truth, self.law.path, state, ca.vertcat(true_parameter, data), self.law.yaw_output)
+        transverse, tangential = true.outputs.transverse, true.outputs.tangential
+        if self.law.approach is not None:
+            error = state.position - self.law.path.foot(state.position, ca.vertcat(parameter, data))
+            chain = ca.horzcat(error, state.velocity, self.truth.acceleration(state), self.truth.jerk(state))
+            transverse = _chosen(waiting, chain, transverse)
+            tangential = _chosen(waiting, ca.vertcat(parameter, 0, 0, 0), tangential)
+        return ca.vertcat(
+            decision.input,
+            ca.vec(transverse),
+            tangential,
+            true.yaw_value,
+            waiting,
+            decision.constrained,
+            true.outputs.focal_margin,
+        )
 
 
 def interval_of(feedback: str, step: float, rate: float | None) -> tuple[float, int]:
@@ -165,5 +245,7 @@ def _with(attitude: Any, euclidean: Any) -> StateGraph:
     return StateGraph(euclidean[0:3], euclidean[3:6], attitude, euclidean[6:9], euclidean[9], euclidean[10])
 
 
-Progress = Callable[[int, int], None]
-"""Called with (steps done, steps in all)."""
+def _chosen(condition: Any, first: Any, second: Any) -> Any:
+    """Graph: return one of two matrices, entry by entry, so that what is not chosen may be infinite."""
+    pairs = zip(ca.vertsplit(ca.vec(first)), ca.vertsplit(ca.vec(second)), strict=True)
+    return ca.reshape(ca.vertcat(*(ca.if_else(condition, a, b) for a, b in pairs)), *second.shape)

@@ -15,7 +15,7 @@ from gammastar.errors import PredictionError
 from gammastar.vehicle.state import NAMES
 
 if TYPE_CHECKING:
-    from gammastar.law import AnyReference, Law, Prediction
+    from gammastar.law import AnyReference, Heading, Law, Prediction
     from gammastar.vehicle import State, Vehicle
 
 SETTLED_SHARE = (
@@ -29,8 +29,8 @@ class Status(enum.Enum):
     COMPLETED = "flew to the end"
     FREE_FALL = "thrust fell to zero: in free fall the attitude has no effect on the motion and the law is singular"
     FOCAL_POINT = "reached a focal point of the path, where the nearest point is not unique and the law is singular"
-    UNRESOLVED = "turned by more than one radian within one integration step: too fast for this step"
-    NOT_FINITE = "numbers left the finite range"
+    UNRESOLVED = "moved too fast for the integration step, which no longer resolves the motion: take a shorter one"
+    NOT_FINITE = "numbers left the finite range: the loop is unstable with this step, control rate or vehicle"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,8 @@ class FlightRecord:
     transverse_state: np.ndarray  # (n, 2, 4): xi, components of the transverse output and three derivatives
     tangential_state: np.ndarray  # (n, 4): eta_1 ... eta_4 in the path's parameter, unwrapped
     yaw_output: np.ndarray  # (n,): eta_21 = beta(r)
+    waiting: np.ndarray  # (n,) bool: a point of the path waits as a target, because no nearest point is unique
+    constrained: np.ndarray  # (n,) bool: the approach bends the linear law (waiting, error cut, thrust near its floor)
     distance: np.ndarray  # (n,) [m] to the path
     free_fall_margin: np.ndarray  # (n,) [m/s^2]: thrust over mass, zero in free fall
     focal_margin: np.ndarray  # (n,): 1 on a curve, zero at focal points
@@ -56,7 +58,7 @@ class FlightRecord:
     truth: Vehicle
     start: State
     reference: AnyReference
-    yaw_reference: float
+    yaw_reference: float | Heading  # constant reference of beta(r), or a heading
     settled_within: float  # [m]
     nominal: bool  # exact model, continuous feedback: the closed-form prediction is the flight itself
 
@@ -205,7 +207,7 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
             "min": values["thrust_N"]["min"] / weight,
             "max": values["thrust_N"]["max"] / weight,
         }
-    if record.nominal:
+    if record.nominal and record.completed:
         with contextlib.suppress(PredictionError):
             values["oracle"] = _oracle(record)
     return values

@@ -1,15 +1,23 @@
 """The feedback law as a graph with explicit state, its gains, references and its closed-form prediction."""
 
+from gammastar.law.approach import Approach
 from gammastar.law.design import Control, Law, design
 from gammastar.law.gains import gains_from_poles
+from gammastar.law.heading import Along, Azimuth, Heading, Towards
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize
 from gammastar.law.predict import Prediction
-from gammastar.law.reference import AnyReference, Point, Ramp, Reference, Speed, Stop
+from gammastar.law.reference import AnyReference, Leg, Legs, Point, Ramp, Reference, Speed, Stop
 
 __all__ = [
+    "Along",
     "AnyReference",
+    "Approach",
+    "Azimuth",
     "Control",
+    "Heading",
     "Law",
+    "Leg",
+    "Legs",
     "Linearization",
     "Point",
     "Prediction",
@@ -17,6 +25,7 @@ __all__ = [
     "Reference",
     "Speed",
     "Stop",
+    "Towards",
     "decoupling_matrix",
     "design",
     "gains_from_poles",

@@ -12,9 +12,11 @@ import numpy as np
 
 from gammastar.checks import number
 from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
+from gammastar.law.approach import Approach, bounded
 from gammastar.law.gains import chain_poles, gains_from_poles, without_slowest
-from gammastar.law.linearization import Linearization, decoupling_matrix, linearize
-from gammastar.law.predict import Initial, Prediction, predict
+from gammastar.law.heading import Heading
+from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
+from gammastar.law.predict import Initial, Prediction, predict, transverse_chains
 from gammastar.law.reference import AnyReference
 from gammastar.path import Path
 from gammastar.vehicle import State, StateGraph, Vehicle, split
@@ -25,6 +27,7 @@ CHAINS = {"transverse": 4, "transverse_2": 4, "tangential": 4, "speed": 3, "yaw"
 SMALLEST_MARGIN = 1e-6  # focal margin at which a start counts as singular; the law's gain grows as its inverse
 YAW_RATE_RANGE = 100.0  # [rad/s] over which the slope of a yaw output is checked
 
+Yaw = float | Heading
 Poles = complex | Sequence[complex] | Mapping[str, Any]
 
 
@@ -44,6 +47,7 @@ class Law:
     path: Path
     poles: Mapping[str, tuple[complex, ...]]  # [1/s] by chain: transverse, transverse_2, tangential, speed, yaw
     yaw_output: Callable[[Any], Any]  # graph: beta(r), Eq. (14)
+    approach: Approach | None = None  # from anywhere; None is the paper's law and nothing else
 
     @functools.cached_property
     def gains(self) -> dict[str, np.ndarray]:
@@ -54,31 +58,57 @@ class Law:
         """Return (k_1, ..., k_4) of the chain along the path; without a position to hold k_1 is zero, Eq. (26)."""
         return self.gains["tangential"] if holds_position else np.concatenate([[0.0], self.gains["speed"]])
 
-    def control(
-        self, state: StateGraph, parameter: Any, reference: Any, yaw_reference: Any, holds_position: bool
-    ) -> Control:
+    def control(self, state: StateGraph, place: Any, reference: Any, yaw: Any, holds_position: bool) -> Control:
         """Graph: return the input at a state.
 
         Args:
             state: Measured state.
-            parameter: SX, tracked path parameter.
+            place: SX (1 + data_size,), tracked path parameter followed by the path's data there.
             reference: SX (5,), reference coordinate along the path and its first four derivatives.
-            yaw_reference: SX (2,), reference of beta(r) and its rate.
+            yaw: Constant reference of beta(r), or SX (2,) with its rate, or a heading.
             holds_position: Whether the reference coordinate counts, or only its derivatives.
         """
-        linearization = linearize(self.vehicle, self.path, state, parameter, self.yaw_output)
+        linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output)
         outputs = linearization.outputs
+        transverse, error = outputs.transverse, outputs.tangential - reference[:4]
+        if self.approach is not None:
+            transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
+            along = self.longest_error * ca.norm_2(outputs.tangential_gradient)
+            error = ca.vertcat(bounded(error[0], along), error[1:])
         per_row = [self.gains["transverse"]] * (self.path.components - 1) + [self.gains["transverse_2"]]
-        transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * outputs.transverse)
-        tangential_rate = reference[4] - ca.dot(
-            ca.DM(self.tangential_gains(holds_position)), outputs.tangential - reference[:4]
-        )
-        yaw_rate = yaw_reference[1] - self.gains["yaw"][0] * (linearization.yaw_value - yaw_reference[0])
+        transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * transverse)
+        tangential_rate = reference[4] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
+        yaw_rate = self._yaw_rate(yaw, state, place, outputs.tangential[1], linearization.yaw_value)
         return Control(linearization.input_for(transverse_rate, tangential_rate, yaw_rate), linearization)
 
-    def predict(
-        self, start: State, reference: AnyReference, times: np.ndarray, yaw_reference: float = 0.0
-    ) -> Prediction:
+    def wait(self, state: StateGraph, place: Any, yaw: Any) -> Any:
+        """Graph: return the input SX (4,) that brings the vehicle to a fixed place of the path and holds it there.
+
+        The chain of the transverse outputs in all three directions, with the same poles and the same bound.
+        """
+        error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
+        chain = ca.horzcat(error, state.velocity, self.vehicle.acceleration(state), self.vehicle.jerk(state))
+        snap = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
+        value, slope = yaw_terms(self.yaw_output, state.angular_velocity[2])
+        return self.vehicle.input_for(state, snap, self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope)
+
+    @property
+    def longest_error(self) -> float:
+        """Return the length [m] to which an approach cuts the transverse error: e_max = speed k_2 / k_1."""
+        assert self.approach is not None
+        return float(self.approach.speed * self.gains["transverse"][1] / self.gains["transverse"][0])
+
+    def _yaw_rate(self, yaw: Any, state: StateGraph, place: Any, parameter_rate: Any, value: Any) -> Any:
+        """Graph: return the rate of beta(r) wanted, Eq. (26) with its sign corrected, for a constant reference or a heading."""
+        if isinstance(yaw, Heading):
+            wanted, wanted_rate = yaw.yaw_rate(self.path, state, place, parameter_rate)
+            reference, slope = yaw_terms(self.yaw_output, wanted)
+            reference_rate = slope * wanted_rate
+        else:
+            reference, reference_rate = ca.vertsplit(ca.vertcat(yaw, 0)[:2])
+        return reference_rate - self.gains["yaw"][0] * (value - reference)
+
+    def predict(self, start: State, reference: AnyReference, times: np.ndarray, yaw_reference: Yaw = 0.0) -> Prediction:
         """Return the closed-form flight of the exact model under continuous feedback.
 
         Valid while the predicted thrust is positive and no focal point is met.  Neighbouring times of an implicit path
@@ -88,28 +118,36 @@ class Law:
             start: As in `fly`.
             reference: Along the path.
             times: (n,) [s], increasing from zero or later.
-            yaw_reference: Constant reference of beta(r).
+            yaw_reference: Constant reference of beta(r), or a heading, for which the yaw output has no closed form.
 
         Raises:
             SingularStartError: The law has no input at the start.
             InputError: Times not increasing or negative.
         """
+        initial = self._initial(start)
+        fixed = reference.resolved(self.path, initial.parameter)
+        gains = self.gains | {"tangential": self.tangential_gains(fixed.holds_position)}
+        constant = number(yaw_reference, "yaw reference") if isinstance(yaw_reference, (int, float)) else None
+        return predict(self.vehicle, self.path, gains, initial, fixed, constant, times)
+
+    def predict_transverse(self, start: State, times: np.ndarray) -> np.ndarray:
+        """Return the closed form of the transverse chains alone, (n, 2, 5), at times (n,) [s]; they do not need the reference."""
+        return transverse_chains(self.path, self.gains, self._initial(start), times)
+
+    def _initial(self, start: State) -> Initial:
         x, parameter = self.start_vector(start)
         xi, eta, _ = self.transformed_state(start)
-        fixed = reference.resolved(self.path, parameter)
-        gains = self.gains | {"tangential": self.tangential_gains(fixed.holds_position)}
-        initial = Initial(x[:3], parameter, xi, eta[:4], float(eta[4]))
-        return predict(self.vehicle, self.path, gains, initial, fixed, number(yaw_reference, "yaw reference"), times)
+        return Initial(x[:3], parameter, xi, eta[:4], float(eta[4]))
 
     def decoupling_matrix(self, state: State) -> np.ndarray:
         """Return D, Eq. (17), (n + 2, 4) at a state; n is 3 for a curve and 2 for an implicit path."""
         x, parameter = self.start_vector(state)
-        return np.array(self._numbers(x, parameter)[0])
+        return np.array(self._numbers(x, self._place(parameter))[0])
 
     def transformed_state(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return xi (n, 4), eta (5,) with the yaw output last, and mu (7,), Eqs. (19), (20), at a state."""
         x, parameter = self.start_vector(state)
-        _, xi, eta, mu, _, _ = self._numbers(x, parameter)
+        _, xi, eta, mu, _, _ = self._numbers(x, self._place(parameter))
         return np.array(xi), np.array(eta).ravel(), np.array(mu).ravel()
 
     def start_vector(self, start: State) -> tuple[np.ndarray, float]:
@@ -126,20 +164,27 @@ class Law:
                 "effect on the motion: start with thrust, such as the weight, or give a vehicle without gravity a start thrust",
                 {"thrust_N": float(x[18])},
             )
-        margin = float(self._numbers(x, parameter)[4])
-        if not margin > SMALLEST_MARGIN:
+        margin = self.focal_margin(x, parameter)
+        if self.approach is None and not margin > SMALLEST_MARGIN:
             raise SingularStartError(
                 f"the start must have one nearest point of the path (got position {x[:3].tolist()} with focal margin {margin:.3g}); "
-                "move it off the focal set, such as the axis of a circle",
+                "move it off the focal set, such as the axis of a circle, or give the law an approach",
                 {"focal_margin": margin},
             )
         return x, parameter
 
+    def focal_margin(self, state: np.ndarray, parameter: float) -> float:
+        """Return the focal margin of a stacked state (20,) at a path parameter."""
+        return float(self._numbers(state, self._place(parameter))[4])
+
+    def _place(self, parameter: float) -> np.ndarray:
+        return np.concatenate([[parameter], self.path.data(np.array([parameter]))[:, 0]])
+
     @functools.cached_property
     def _numbers(self) -> Any:
-        """The function (state, parameter) -> D, xi, eta with yaw output, mu, focal margin, slope of beta."""
-        state, parameter = ca.SX.sym("state", 20), ca.SX.sym("parameter")
-        linear = linearize(self.vehicle, self.path, split(state), parameter, self.yaw_output)
+        """The function (state, place) -> D, xi, eta with yaw output, mu, focal margin, slope of beta."""
+        state, place = ca.SX.sym("state", 20), ca.SX.sym("place", 1 + self.path.data_size)
+        linear = linearize(self.vehicle, self.path, split(state), place, self.yaw_output)
         eta = ca.vertcat(linear.outputs.tangential, linear.yaw_value)
         results = [
             decoupling_matrix(linear),
@@ -149,11 +194,15 @@ class Law:
             linear.outputs.focal_margin,
             linear.yaw_slope,
         ]
-        return ca.Function("numbers", [state, parameter], ca.cse([ca.densify(result) for result in results]))
+        return ca.Function("numbers", [state, place], ca.cse([ca.densify(result) for result in results]))
 
 
 def design(
-    vehicle: Vehicle, path: Path, poles: Poles = DEFAULT_POLES, yaw_output: Callable[[Any], Any] | None = None
+    vehicle: Vehicle,
+    path: Path,
+    poles: Poles = DEFAULT_POLES,
+    yaw_output: Callable[[Any], Any] | None = None,
+    approach: Approach | None = None,
 ) -> Law:
     """Return the path-following law of a vehicle and a path with prescribed poles.
 
@@ -166,6 +215,7 @@ def design(
             the chain has states.  What a mapping leaves out keeps the default; 'speed' follows 'tangential' without its
             slowest pole.
         yaw_output: Graph beta(r) of Eq. (14), smooth and with a slope that never vanishes; r itself when left out.
+        approach: Bounds and modes that bring the vehicle in from anywhere, for a curve; none when left out.
 
     Raises:
         PoleError: Unstable or unpaired poles, or a number of poles that does not fit.
@@ -187,7 +237,13 @@ def design(
     chosen.setdefault("transverse_2", chosen["transverse"])
     resolved = {chain: chain_poles(chosen[chain], CHAINS[chain], chain) for chain in chosen}
     resolved.setdefault("speed", without_slowest(resolved["tangential"]))
-    law = Law(vehicle, path, resolved, yaw_output or _body_rate)
+    if approach is not None:
+        if path.components != 3:
+            raise InputError(
+                "an approach from anywhere needs a curve (got an implicit path, which has no jet); give a curve"
+            )
+        approach.floor(vehicle)
+    law = Law(vehicle, path, resolved, yaw_output or _body_rate, approach)
     assert law.gains  # refuses bad poles now, not in flight
     _check_yaw_output(law.yaw_output)
     return law

@@ -37,17 +37,24 @@ class Linearization:
 
 
 def linearize(
-    vehicle: Vehicle, path: Path, state: StateGraph, parameter: Any, yaw_output: Callable[[Any], Any]
+    vehicle: Vehicle, path: Path, state: StateGraph, place: Any, yaw_output: Callable[[Any], Any]
 ) -> Linearization:
-    """Graph: return the outputs, their derivatives and the linearizing feedback at a state with tracked path parameter."""
+    """Graph: return the outputs, their derivatives and the linearizing feedback at a state and a tracked place."""
     position = Series.from_derivatives(
         [state.position, state.velocity, vehicle.acceleration(state), vehicle.jerk(state)]
     )
+    return Linearization(
+        vehicle, state, path.outputs(position, place), *yaw_terms(yaw_output, state.angular_velocity[2])
+    )
+
+
+def yaw_terms(yaw_output: Callable[[Any], Any], yaw_rate: Any) -> tuple[Any, Any]:
+    """Graph: return beta(r) and its slope at a yaw rate."""
     symbol = ca.SX.sym("yaw_rate")
     value = ca.SX(yaw_output(symbol))
     beta = ca.Function("beta", [symbol], [value, ca.jacobian(value, symbol)])
-    yaw_value, yaw_slope = beta(state.angular_velocity[2])
-    return Linearization(vehicle, state, path.outputs(position, parameter), yaw_value, yaw_slope)
+    yaw_value, yaw_slope = beta(ca.SX(yaw_rate))
+    return yaw_value, yaw_slope
 
 
 def decoupling_matrix(linearization: Linearization) -> Any:

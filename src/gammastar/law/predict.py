@@ -33,7 +33,7 @@ class Prediction:
     time: np.ndarray  # (n,) [s]
     transverse_state: np.ndarray  # (n, 2, 4) components of xi
     tangential_state: np.ndarray  # (n, 4) eta_1 ... eta_4 in the path's parameter
-    yaw_output: np.ndarray  # (n,) beta(r)
+    yaw_output: np.ndarray | None  # (n,) beta(r); None with a heading
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
     acceleration: np.ndarray  # (n, 3) [m/s^2]
@@ -70,7 +70,7 @@ def predict(
     gains: Mapping[str, np.ndarray],
     initial: Initial,
     reference: Reference,
-    yaw_reference: float,
+    yaw_reference: float | None,
     times: np.ndarray,
 ) -> Prediction:
     """Return the closed-form flight from where the chains start; `Law.predict` is the door to it.
@@ -81,7 +81,7 @@ def predict(
         gains: k_1 ... k_4 of 'transverse', 'transverse_2' and 'tangential', k_1 of 'yaw'.
         initial: The chains at time zero.
         reference: Along the path.
-        yaw_reference: Constant reference of beta(r).
+        yaw_reference: Constant reference of beta(r); None for a heading, whose yaw output has no closed form.
         times: (n,) [s], increasing from zero or later.
 
     Raises:
@@ -97,11 +97,11 @@ def predict(
         or not np.all(np.isfinite(times))
     ):
         raise InputError("times must be a growing list of seconds from 0 (got another order or shape); sort them")
-    xi = path.normal_components(np.array([initial.parameter]), initial.transverse[None])[0]
-    chains = [_chain(gains[name], xi[i], times) for i, name in enumerate(("transverse", "transverse_2"))]
     error = _chain(gains["tangential"], initial.tangential - _jets(reference, np.zeros(1))[0, :4], times)
-    transverse, tangential = np.stack(chains, axis=1), _jets(reference, times) + error
-    yaw_error = initial.yaw_output - yaw_reference
+    transverse, tangential = transverse_chains(path, gains, initial, times), _jets(reference, times) + error
+    yaw = None
+    if yaw_reference is not None:
+        yaw = yaw_reference + (initial.yaw_output - yaw_reference) * np.exp(-gains["yaw"][0] * times)
     derivatives = _positions(path, transverse, tangential, initial)
     lost = ~np.isfinite(np.hstack(derivatives)).all(axis=1)
     if lost.any():
@@ -116,7 +116,7 @@ def predict(
         times,
         transverse[:, :, :4],
         tangential[:, :4],
-        yaw_reference + yaw_error * np.exp(-gains["yaw"][0] * times),
+        yaw,
         *derivatives,
         thrust,
         direction,
@@ -124,6 +124,13 @@ def predict(
         tilt_acceleration,
         path.distances(derivatives[0], tangential[:, 0]),
     )
+
+
+def transverse_chains(path: Path, gains: Mapping[str, np.ndarray], initial: Initial, times: np.ndarray) -> np.ndarray:
+    """Return (n, 2, 5): the components of the transverse output and four derivatives at times (n,)."""
+    xi = path.normal_components(np.array([initial.parameter]), initial.transverse[None])[0]
+    chains = [_chain(gains[name], xi[i], times) for i, name in enumerate(("transverse", "transverse_2"))]
+    return np.stack(chains, axis=1)
 
 
 def _chain(gains: np.ndarray, start: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -166,13 +173,14 @@ def _positions(
     vectors = path.normal_vectors(tangential[:, 0], transverse, initial.parameter)
     rows = path.components
     xi, eta, guess = ca.SX.sym("xi", rows, 5), ca.SX.sym("eta", 5), ca.SX.sym("guess", 3)
-    series = path.position_series(xi, eta, guess)
-    reached = path.outputs(series, eta[0])
+    data = ca.SX.sym("data", path.data_size)
+    series = path.position_series(xi, eta, guess, data)
+    reached = path.outputs(series, ca.vertcat(eta[0], data))
     miss = ca.norm_2(reached.transverse[:, 0] - xi[:, 0]) / (1 + ca.norm_2(xi[:, 0]))
     checks = ca.vertcat(miss, reached.focal_margin, 0)
     results = ca.cse([series.coefficients[0], ca.horzcat(*series.derivatives(), checks)])
-    step = ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta)], results)
-    exogenous = np.vstack([vectors.transpose(2, 1, 0).reshape(5 * rows, -1), tangential.T])
+    step = ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta, data)], results)
+    exogenous = np.vstack([vectors.transpose(2, 1, 0).reshape(5 * rows, -1), tangential.T, path.data(tangential[:, 0])])
     _, observations = engine.scan(step, initial.position, exogenous)
     position, velocity, acceleration, jerk, snap, checks = (observations[:, k::6].T for k in range(6))
     position[~((checks[:, 0] < LARGEST_MISS) & (checks[:, 1] > 0))] = np.nan

@@ -120,6 +120,76 @@ class Stop:
         return Reference(coordinate)
 
 
+@dataclass(frozen=True)
+class Leg:
+    """One part of a schedule: go to a coordinate at a speed and hold there, or go on at a speed without end."""
+
+    speed: float  # [path parameter per second]; its sign is the direction
+    to: float | None = None  # path parameter; on a closed path the next time it comes in the direction of flight
+    hold: float = 0.0  # [s] at rest after arriving
+    laps: int = 0  # whole periods of a closed path flown before arriving
+
+    def __post_init__(self) -> None:
+        if number(self.speed, "leg speed [path parameter/s]") == 0:
+            raise InputError(
+                "the speed of a leg must not be zero (got 0); hold at the end of the leg before it instead"
+            )
+        number(self.hold, "leg hold [s]", at_least=0)
+        whole(self.laps, "leg laps")
+        if self.to is not None:
+            number(self.to, "leg to [path parameter]")
+
+
+@dataclass(frozen=True)
+class Legs:
+    """A schedule of legs: fly, stop at a point, hold, reverse, continue; every change of speed takes the same smooth time.
+
+    The speed follows the polynomial of `Stop`, so the schedule is four times continuously differentiable and is tracked exactly:
+    the path is never left for it.  A leg shorter than its acceleration and braking is flown at a lower speed in the same time.
+    """
+
+    legs: tuple[Leg, ...]
+    change_time: float = 1.0  # [s] from rest to the speed of a leg, and back
+
+    def __post_init__(self) -> None:
+        number(self.change_time, "change time [s]", above=0)
+        object.__setattr__(self, "legs", tuple(self.legs))
+        if not self.legs:
+            raise InputError("a schedule needs at least one leg (got none); give one")
+        for k, leg in enumerate(self.legs[:-1]):
+            if leg.to is None:
+                raise InputError(
+                    f"only the last leg may go on without end (got leg {k + 1} without 'to'); say where it stops"
+                )
+
+    def changes(self, path: Path, start: float) -> list[tuple[float, float]]:
+        """Return (time [s], change of speed) pairs, each spread over the change time, for a flight from a coordinate."""
+        changes: list[tuple[float, float]] = []
+        time, place = 0.0, start
+        for k, leg in enumerate(self.legs):
+            if leg.to is None:
+                changes.append((time, leg.speed))
+                break
+            distance = _ahead(path, place, leg, k)
+            speed = min(abs(leg.speed), distance / self.change_time) * (1 if leg.speed > 0 else -1)
+            if distance > 0:
+                arrival = time + distance / abs(speed)
+                changes += [(time, speed), (arrival, -speed)]
+                time = arrival + self.change_time
+            time += leg.hold
+            place += distance if leg.speed > 0 else -distance
+        return changes
+
+    def resolved(self, path: Path, start: float) -> Reference:
+        """Return the reference of a flight that starts at the path coordinate `start`."""
+        changes, duration = self.changes(path, start), self.change_time
+
+        def coordinate(time: Any) -> Any:
+            return sum((change * covered(time, begin, duration) for begin, change in changes), start + 0 * time)
+
+        return Reference(coordinate)
+
+
 def covered(time: Any, begin: float, duration: float) -> Any:
     """Graph: return what a speed that rises smoothly from 0 to 1 between begin and begin + duration has covered by a time.
 
@@ -131,4 +201,17 @@ def covered(time: Any, begin: float, duration: float) -> Any:
     return duration * (7 * u**5 - 14 * u**6 + 10 * u**7 - 2.5 * u**8) + since - duration * u
 
 
-AnyReference = Speed | Ramp | Point | Stop
+def _ahead(path: Path, place: float, leg: Leg, index: int) -> float:
+    """Return how far ahead, in the direction of a leg, its end lies."""
+    assert leg.to is not None
+    distance = (leg.to - place) * (1 if leg.speed > 0 else -1)
+    if path.period is not None:
+        return distance % path.period + leg.laps * path.period
+    if distance < 0:
+        raise InputError(
+            f"leg {index + 1} must go towards its end (got {leg.to:g} from {place:.4g} at speed {leg.speed:g}); turn its speed round"
+        )
+    return distance
+
+
+AnyReference = Speed | Ramp | Point | Stop | Legs

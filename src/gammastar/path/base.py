@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from gammastar.taylor import Series
@@ -33,7 +34,7 @@ class PathOutputs:
     tangential_drift: Any  # SX
     transverse_gradient: Any  # SX (n, 3)
     tangential_gradient: Any  # SX (1, 3)
-    focal_margin: Any  # SX, dimensionless: 1 on the path of a curve, 0 where the coordinates break down
+    focal_margin: Any  # SX, dimensionless: 1 on the path, 0 where the coordinates break down
     snap: Any  # callable (transverse_rate SX (n,), tangential_rate SX) -> SX (3,) [m/s^4], world
 
 
@@ -47,6 +48,10 @@ class Path(ABC):
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the path's data (data_size, n) at parameters (n,); a `place` is a parameter followed by its data."""
         return np.zeros((0, len(np.atleast_1d(parameters))))
+
+    def lookup(self, parameter: Any) -> Any:
+        """Graph (MX): return the path's data (data_size,) at a parameter."""
+        return ca.MX(self.data_size, 1)
 
     @abstractmethod
     def outputs(self, position: Series, place: Any) -> PathOutputs:

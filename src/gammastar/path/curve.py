@@ -61,6 +61,12 @@ class ParametricPath(Path):
             parameter = parameter + ca.dot(error, tangent) / slope
         return parameter
 
+    def nearness(self, position: Any, place: Any) -> tuple[Any, Any]:
+        """Graph: return the focal margin at a place, and the relative residual of the nearest-point equation."""
+        point, tangent, second = self.jet(place, 2)
+        error, speed_squared = position - point, ca.dot(tangent, tangent)
+        return 1 - ca.dot(error, second) / speed_squared, ca.dot(error, tangent) / speed_squared
+
     def foot(self, position: Any, place: Any) -> Any:
         """Graph: return the point of the path at a place; it is the nearest one where the parameter has been tracked."""
         return self.jet(place, 1)[0]

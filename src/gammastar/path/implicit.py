@@ -51,7 +51,7 @@ class ImplicitPath(Path):
         if self.period is not None:
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
-        object.__setattr__(self, "seed", tuple(array(self.seed, f"seed of {self.name}", (3,))))
+        object.__setattr__(self, "seed", tuple(array(self.seed, f"seed of {self.name}", (3,)).tolist()))
         assert self._jet_sampler  # refuses formulas that have no Taylor rule now, not in flight
         values, gradient = (np.array(value) for value in self._gradient_sampler(self._seed_point))
         size = np.prod(np.linalg.norm(gradient, axis=1))
@@ -72,7 +72,8 @@ class ImplicitPath(Path):
         first, second, along = (s.derivatives() for s in taylor.through(self._functions, rows))
         gradient = self._gradient(chi.coefficients[0])
         inverse, determinant = _inverse(gradient)
-        scale = ca.sumsqr(gradient) / 3
+        lengths = [ca.norm_2(gradient[i, :]) for i in range(3)]
+        independence = ca.fabs(determinant) / (lengths[0] * lengths[1] * lengths[2])
 
         def snap(transverse_rate: Any, tangential_rate: Any) -> Any:
             return ca.mtimes(
@@ -87,7 +88,7 @@ class ImplicitPath(Path):
             tangential_drift=along[ORDER],
             transverse_gradient=gradient[:2, :],
             tangential_gradient=gradient[2, :],
-            focal_margin=ca.fabs(determinant) / ca.power(scale, 1.5),
+            focal_margin=independence * self._slope_on_path / lengths[2],
             snap=snap,
         )
 
@@ -215,6 +216,11 @@ class ImplicitPath(Path):
         moving = ca.vertcat(parameter, 1, ca.SX.zeros(JET_ORDER - 1))
         series = self.position_series(ca.SX.zeros(2, JET_ORDER + 1), moving, guess)
         return ca.Function("jet", [parameter, guess], ca.cse([ca.densify(row) for row in series.derivatives()]))
+
+    @functools.cached_property
+    def _slope_on_path(self) -> float:
+        """The length of the gradient of pi on the path, at its seed."""
+        return float(np.linalg.norm(np.array(self._gradient(self._seed_point))[2]))
 
     @functools.cached_property
     def _seed_point(self) -> np.ndarray:

@@ -1,0 +1,96 @@
+"""A path through waypoints: a spline whose coefficients reach the law as data, so one law serves every such path.
+
+The graph evaluates one segment's polynomial; which segment it is, is looked up outside the graph, once a step.  Within a step the
+parameter may leave the segment by a little; its polynomial and the next one agree there up to the sixth derivative.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gammastar.path.base import JET_ORDER
+from gammastar.path.curve import ParametricPath
+from gammastar.path.interpolation import interpolated
+from gammastar.path.jet import Jet
+from gammastar.path.spline import Spline
+
+POWERS = 8  # coefficients of a polynomial of degree seven
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointPath(ParametricPath):
+    """A C^6 spline of degree seven as a path; its parameter is the spline's."""
+
+    spline: Spline
+    name: str = "waypoints"
+
+    plane_normal = None
+    data_size = 1 + 3 * POWERS  # where the segment begins, and its coefficients, axis by axis
+
+    def __post_init__(self) -> None:
+        low, high = float(self.spline.knots[0]), float(self.spline.knots[-1])
+        object.__setattr__(self, "domain", (low, high))
+        object.__setattr__(self, "period", high - low if self.spline.closed else None)
+        self._check_regular()
+
+    def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
+        """Graph: return (sigma, ..., sigma^(order)) at a place: parameter, begin of the segment, coefficients."""
+        step, rows = place[0] - place[1], ca.reshape(place[2:], POWERS, 3).T
+        return tuple(_horner(rows, step, k) for k in range(order + 1))
+
+    def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
+        """Return (n, order + 1, 3): point and derivatives with respect to the parameter, at parameters (n,)."""
+        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
+        segment, begin = self._segments(wanted)
+        rows, step = self.spline.coefficients[segment], (wanted - begin)[:, None]
+        return np.stack([_horner(np.moveaxis(rows, -1, 0), step, k) for k in range(order + 1)], axis=1)
+
+    def data(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the data (25, n) of the segments that hold parameters (n,)."""
+        segment, begin = self._segments(np.atleast_1d(np.asarray(parameters, dtype=float)))
+        return np.vstack([begin, self.spline.coefficients[segment].reshape(len(segment), -1).T])
+
+    def lookup(self, parameter: Any) -> Any:
+        """Graph (MX): return the data (25,) of the segment that holds a parameter, from a table bound as a constant."""
+        knots = self.spline.knots
+        whole = self.period * ca.floor((parameter - knots[0]) / self.period) if self.period else ca.MX(0)
+        segment = ca.low(ca.DM(knots), parameter - whole)
+        table = ca.DM(np.vstack([knots[:-1], self.spline.coefficients.reshape(len(knots) - 1, -1).T]))
+        column = ca.MX(table)[:, segment]
+        return ca.vertcat(column[0] + whole, column[1:])
+
+    def _segments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return indices of segments (n,) and the parameters at which they begin, whole periods included."""
+        knots = self.spline.knots
+        whole = self.period * np.floor((parameters - knots[0]) / self.period) if self.period else 0.0
+        segment = np.clip(np.searchsorted(knots, parameters - whole, side="right") - 1, 0, len(knots) - 2)
+        return segment, knots[segment] + whole
+
+
+def waypoints(
+    points: ArrayLike, closed: bool = False, spacing: Literal["chord", "centripetal"] = "chord", name: str = "waypoints"
+) -> WaypointPath:
+    """Return the C^6 path of least snap through points (n, 3) [m], world; see `gammastar.path.interpolation`.
+
+    Args:
+        points: In the order of flight, at least two; on a closed path the first is not repeated.
+        closed: Return to the first point.
+        spacing: Of the parameter: 'chord' is close to the distance flown, 'centripetal' tamer where distances differ much.
+        name: For messages.
+    """
+    return WaypointPath(interpolated(points, closed, spacing), name)
+
+
+def _horner(rows: Any, step: Any, derivative: int) -> Any:
+    """Return the derivative of sum_i rows_i step^i, on SX columns or on arrays (8, n, 3) alike."""
+    entry = (lambda i: rows[:, i]) if not isinstance(rows, np.ndarray) else (lambda i: rows[i])
+    value = 0 * entry(0)
+    for i in reversed(range(derivative, POWERS)):
+        value = value * step + math.perm(i, derivative) * entry(i)
+    return value
