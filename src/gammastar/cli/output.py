@@ -41,7 +41,9 @@ def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
     lines = [str(summary["mission"]), "", str(numbers), ""]
     if files:
         lines += [f"wrote {files[0].parent}: {', '.join(file.name for file in files)}", ""]
-    text("\n".join([*lines, f"{summary['end_time_s']:g} s: {summary['message']}"]))
+    if summary["status"] == "completed":
+        lines.append(f"{summary['end_time_s']:g} s: {summary['message']}")
+    text("\n".join(lines))
 
 
 def missions(titles: Mapping[str, str], as_json: bool) -> None:

@@ -60,6 +60,7 @@ def limits(values: np.ndarray) -> tuple[float, float]:
 
 def unwrapped_gaps(time: np.ndarray, values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times and values wrapped to (-period/2, period/2], with a NaN row at every wrap so that no line is drawn there."""
-    wrapped = period / 2 - np.mod(period / 2 - values, period)
+    rounding = 1e-9 * period  # a value that rests on the cut stays on its upper side
+    wrapped = period / 2 + rounding - np.mod(period / 2 + rounding - values, period)
     jumps = np.flatnonzero(np.abs(np.diff(wrapped)) > period / 2) + 1
     return np.insert(time, jumps, np.nan), np.insert(wrapped, jumps, np.nan)

@@ -20,7 +20,7 @@ from gammastar.flight import INTEGRATORS, SensorNoise, fly
 from gammastar.flight.loop import FEEDBACKS
 from gammastar.flight.sensors import density_preserving
 from gammastar.frames import FRAMES
-from gammastar.law import Point, Ramp, Speed, Stop, design
+from gammastar.law import Leg, Legs, Point, Ramp, Speed, Stop, design
 from gammastar.law.design import CHAINS
 from gammastar.mission.complaint import SectionError, UnknownKeyError, shown, within
 from gammastar.mission.values import (
@@ -52,8 +52,25 @@ PATHS = {
         catalogue.nonplanar_circle,
     )
 }
-REFERENCES = {
-    kind.__name__.lower(): section_of(kind, kind=kind.__name__.lower()) for kind in (Speed, Ramp, Point, Stop)
+LegSection = section_of(Leg)
+
+
+class LegsSection(Construction):
+    """A schedule: a list of tables, each with the arguments of `Leg`."""
+
+    kind: Annotated[str, one_of(("legs",))] = "legs"
+    legs: list[LegSection]  # type: ignore[valid-type]
+    change_time: Positive = default_of(Legs, "change_time")
+
+    @classmethod
+    def factory(cls) -> Callable[..., Legs]:
+        """Return what makes the schedule of its legs."""
+        return lambda legs, change_time: Legs(tuple(Leg(**leg.arguments()) for leg in legs), change_time)
+
+
+REFERENCES: dict[str, type[Construction]] = {
+    **{kind.__name__.lower(): section_of(kind, kind=kind.__name__.lower()) for kind in (Speed, Ramp, Point, Stop)},
+    "legs": LegsSection,
 }
 VehicleSection = section_of(Vehicle)
 

@@ -161,4 +161,5 @@ def _value_type(hint: Any) -> Any:
     if typing.get_origin(hint) is Literal:
         return Annotated[str, one_of(typing.get_args(hint))]
     types: list[tuple[Any, Any]] = [(float, Number), (int, Integer), (str, Text), (ArrayLike, Array)]
+    types.append((float | None, Number | None))
     return next(kind for annotation, kind in types if annotation == hint)
