@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 
 from gammastar import errors
-from gammastar.checks import array, direction, number
+from gammastar.checks import array, direction, number, whole
 from gammastar.errors import GammastarError, InputError, ShapeError, UnknownNameError
 from strategies import numbers, vectors
 
@@ -42,6 +42,14 @@ def test_a_bound_above_excludes_itself_and_at_least_includes_itself() -> None:
         number(0.0, "mass", above=0)
     with pytest.raises(InputError, match=r"at least 0 \(got -1e-09\)"):
         number(-1e-9, "gravity", at_least=0)
+
+
+def test_a_whole_number_counts_from_zero() -> None:
+    assert [whole(value, "laps") for value in (0, 3, 2.0, np.int64(7))] == [0, 3, 2, 7]
+    assert all(type(whole(value, "laps")) is int for value in (3, 3.0))
+    for value, reason in ((0.5, "a whole number"), (-1, "at least 0"), (np.nan, "finite"), ("many", "a number")):
+        with pytest.raises(InputError, match=f"laps must be {reason}"):
+            whole(value, "laps")
 
 
 @given(vectors(1e3))

@@ -8,7 +8,7 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gammastar import taylor
@@ -79,6 +79,16 @@ def both_ways(name: str) -> tuple[ca.Function, ca.Function]:
 @settings(max_examples=40)
 @given(numbers(0.2, 0.8), numbers(0.2, 0.8), vectors(0.5, ORDER), vectors(0.5, ORDER))
 def test_every_rule_is_repeated_differentiation(name: str, x: float, y: float, dx: np.ndarray, dy: np.ndarray) -> None:
+    ties = (
+        x - y,
+        x - y * y,
+        x * x - y,
+        x - 0.5,
+        y - 0.5,
+        x - 0.4,
+        y - 0.4,
+    )  # where branches meet there is no derivative
+    assume(min(abs(tie) for tie in ties) > 1e-6)
     by_rules, again = both_ways(name)
     coefficients = np.array([[x, *dx], [y, *dy]])
     expected = np.array(again(coefficients)).ravel()
@@ -98,7 +108,7 @@ def test_the_formulas_above_use_every_rule() -> None:
     assert rules - used <= {ca.OP_ASSIGN}  # a copy, which CasADi leaves out of the graphs that it builds itself
 
 
-@pytest.mark.parametrize("exponent", [0, 1, 2, 3, 6])
+@pytest.mark.parametrize("exponent", [0, 1, 2, 3, 6, 101])
 def test_whole_powers_are_exact_at_base_zero(exponent: int) -> None:
     """(2 t)^p has the single coefficient 2^p at t^p; the recurrence for real powers would divide by zero."""
     x = ca.SX.sym("x")

@@ -144,6 +144,13 @@ def test_whatever_happens_no_array_holds_nan(case: dict) -> None:
     assert record.time[-1] == record.status_time
 
 
+def test_numbers_that_leave_the_finite_range_end_a_flight() -> None:
+    """Poles of -5000 at a step of 1 ms: no explicit method is stable there, and no singularity is near."""
+    record = fly(design(PAPER_VEHICLE, PATHS["circle"], poles=-5000), State((1.1, 0, 10)), speed=1.0, duration=1.0)
+    assert record.status is Status.NOT_FINITE
+    assert is_finite(record)
+
+
 def test_a_start_far_out_does_not_end_at_a_focal_point() -> None:
     """100,000 km from a circle of 1 m the focal margin is 1e8, the opposite of singular."""
     record = fly(design(PAPER_VEHICLE, PATHS["circle"], poles=-2), State((1e8, 0, 10)), speed=1.0, duration=1.0)

@@ -129,6 +129,15 @@ def test_laps_of_an_ordinary_circle_are_no_flips() -> None:
     assert RECORD.flips() == 0
 
 
+def test_sliding_round_just_below_the_horizon_is_no_flip() -> None:
+    """Over one side, 20 degrees below the horizontal half way round, and up on the other side: never upside down."""
+    down, up = np.linspace(0, 110, 100), np.linspace(110, 0, 100)
+    round_ = about("z", np.linspace(0, 180, 200)) @ so3.roll(110)
+    slide = np.concatenate([about("x", down), round_, so3.yaw(180) @ about("x", up)])
+    assert with_attitudes(slide).flips() == 0
+    assert with_attitudes(np.concatenate([about("x", down), about("x", np.linspace(110, 360, 200))])).flips() == 1
+
+
 def test_pitching_over_is_a_flip_as_well() -> None:
     assert with_attitudes(about("y", np.linspace(0, 720, 300))).flips() == 2
 

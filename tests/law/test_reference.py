@@ -88,8 +88,8 @@ def test_a_stop_comes_to_rest_exactly_at_its_coordinate(
 ) -> None:
     stop = Stop(speed, coordinate, braking, laps)
     begin = stop.braking_start(CIRCLE, start)
-    assert begin >= 0
-    assert begin < TURN / abs(speed) * (1 + 1e-9) + laps * TURN / abs(speed) + 1e-9
+    lap = TURN / abs(speed)
+    assert laps * lap * (1 - 1e-9) <= begin <= (laps + 1) * lap * (1 + 1e-9)
     reference = stop.resolved(CIRCLE, start)
     assert reference.holds_position
     rest = jets(reference, begin + braking + np.array([1e-9, 0.5, 100.0]))

@@ -119,6 +119,14 @@ def test_the_start_is_found_beyond_the_drawn_domain_of_an_open_curve(turn: float
     assert helix.start_parameter(helix.points(np.array([parameter]))[0]) == pytest.approx(parameter, abs=1e-9)
 
 
+def test_the_start_is_found_on_a_branch_beyond_the_drawn_domain() -> None:
+    """A local minimum inside the domain is not the answer while a wider interval holds a nearer point."""
+    for position in ((0.0, 15.0, -15.0), (-1.0, 59 / 6, -5.84)):
+        path, found = CURVES["twisted"], CURVES["twisted"].start_parameter(np.array(position))
+        nearest = np.linalg.norm(samples("twisted", 16.0) - position, axis=1).min()
+        assert np.linalg.norm(path.points(np.array([found]))[0] - position) <= nearest
+
+
 @pytest.mark.parametrize("distance", [-1e5, -37.0, 12.0, 4e4])
 def test_the_start_is_found_far_along_a_line(distance: float) -> None:
     line = CURVES["line"]

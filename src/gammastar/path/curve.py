@@ -79,15 +79,19 @@ class ParametricPath(Path):
     def start_parameter(self, position: np.ndarray) -> float:
         """Return the parameter of the nearest point: the best local minima of a dense sample, polished by Newton steps.
 
-        On an open curve the sampled interval is doubled until the best sample lies in its inner half.
+        On an open curve the sampled interval is doubled until the best sample lies in its inner half and the last doubling has
+        found nothing nearer.
         """
         low, high = self.domain
+        before = np.inf
         for _ in range(SEARCH_DOUBLINGS):
             grid = np.linspace(low, high, SEARCH_POINTS)
             distances = np.linalg.norm(self.points(grid) - position, axis=1)
             best = int(np.argmin(distances))
-            if self.period is not None or SEARCH_POINTS // 4 <= best <= 3 * SEARCH_POINTS // 4:
+            is_inside = SEARCH_POINTS // 4 <= best <= 3 * SEARCH_POINTS // 4
+            if self.period is not None or (is_inside and distances[best] >= before):
                 break
+            before = distances[best]
             low, high = low - (high - low) / 2, high + (high - low) / 2
         lower = np.append(distances, distances[-1])[1:] >= distances
         minima = np.flatnonzero(lower & (np.insert(distances, 0, distances[0])[:-1] >= distances))
