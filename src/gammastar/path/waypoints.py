@@ -39,6 +39,11 @@ class WaypointPath(ParametricPath):
         object.__setattr__(self, "period", high - low if self.spline.closed else None)
         self._check_regular()
 
+    @property
+    def knots(self) -> np.ndarray:
+        """Return the parameters (m + 1,) at which segments meet: where a report looks for what is not smooth."""
+        return self.spline.knots
+
     def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
         """Graph: return (sigma, ..., sigma^(order)) at a place: parameter, begin of the segment, coefficients."""
         step, rows = place[0] - place[1], ca.reshape(place[2:], POWERS, 3).T
