@@ -11,6 +11,8 @@ from gammastar.errors import InputError, ShapeError
 def number(value: object, name: str, *, above: float | None = None, at_least: float | None = None) -> float:
     """Return a finite float, optionally bounded from below, or raise `InputError` naming it."""
     try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError("a truth value is no number")
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be a number (got {value!r}); give one finite number") from error
@@ -34,6 +36,8 @@ def whole(value: object, name: str) -> int:
 def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
     """Return a finite float array of one shape, read-only, or raise `ShapeError` naming it."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError("complex numbers would lose their imaginary part")
         result = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:
         raise ShapeError(f"{name} must be numbers of shape {shape} (got {value!r}); give numbers only") from error
