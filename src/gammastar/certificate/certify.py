@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -78,10 +78,10 @@ def certify(
         limits: Of the vehicle; by default only the floor of the specific thrust counts.
 
     Raises:
-        InputError: A speed or limit that is no number or has the wrong sign.
+        InputError: A speed that is no number.
         PathError: The path has no finite jets.
     """
-    speed, limits = number(speed, "speed"), _checked(limits or Limits())
+    speed, limits = number(speed, "speed"), limits or Limits()
     if progress not in list(Progress):
         raise UnknownNameError("progress", progress, [str(each) for each in Progress])
     progress, samples, findings = Progress(progress), sample(path), _Findings()
@@ -112,13 +112,6 @@ def certify(
         samples.jets[:, 0],
         margin,
     )
-
-
-def _checked(limits: Limits) -> Limits:
-    for each in fields(limits):
-        if getattr(limits, each.name) is not None:
-            number(getattr(limits, each.name), f"limit of {each.name.replace('_', ' ')}", above=0)
-    return limits
 
 
 def _class_of(samples: Samples, findings: _Findings) -> bool:

@@ -7,7 +7,7 @@ So a loop can be flown slowly, and again faster than sqrt(g r), but not in betwe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gammastar.certificate.motion import Progress, hover, unit_derivatives
 from gammastar.certificate.sampling import Samples
 from gammastar.certificate.scan import Interval, Scan, runs
 from gammastar.certificate.search import Quantity, Search, brackets, extremes, narrowed, neighbourhood
+from gammastar.checks import number
 from gammastar.vehicle import Vehicle
 
 FLOOR = (
@@ -32,6 +33,11 @@ class Limits:
     thrust: float | None = None  # [N] the most
     tilt_rate: float | None = None  # [rad/s] the most, of the thrust axis
     torque: float | None = None  # [N m] the most, magnitude
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if getattr(self, each.name) is not None:
+                number(getattr(self, each.name), f"limit of {each.name.replace('_', ' ')}", above=0)
 
     def floor(self, vehicle: Vehicle) -> float:
         """Return the least specific thrust [m/s^2]."""

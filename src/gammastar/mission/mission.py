@@ -11,10 +11,11 @@ from typing import Any
 import tomli_w
 from pydantic import ValidationError
 
+from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, SensorNoise, fly
 from gammastar.flight.loop import interval_of
-from gammastar.law import AnyReference, Law, design
+from gammastar.law import AnyReference, Law, Legs, Point, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, shown, within
@@ -90,6 +91,10 @@ class Mission:
         """Return the start, in `ned`."""
         return self._start
 
+    def certify(self) -> Certificate:
+        """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for."""
+        return certify(self._law.vehicle, self._law.path, _asked_speed(self._reference), limits=self._limits)
+
     def fly(self, progress: Callable[[int, int], None] | None = None) -> FlightRecord:
         """Fly the mission and return its record, in `ned`; progress is called with (steps done, steps in all)."""
         controller, flight = self.file.controller, self.file.flight
@@ -113,6 +118,8 @@ class Mission:
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""
         values: dict[str, Any] = _plain(self.file.model_dump(exclude_none=True))
+        if not values["limits"]:
+            del values["limits"]
         chains = [chain for chain in CHAINS if chain != "transverse_2" or self._law.path.components == 2]
         values["controller"]["poles"] = {
             chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in self._law.poles[chain]]
@@ -137,9 +144,9 @@ class Mission:
     def __reduce__(self) -> Any:
         return Mission.from_values, (self.file.model_dump(exclude_unset=True),)
 
-    def _built(self) -> tuple[Vehicle, SensorNoise | None]:
+    def _built(self) -> tuple[Vehicle, SensorNoise | None, Limits]:
         """Return what nothing else above has asked for yet; building it is its check."""
-        return self._truth, self._noise
+        return self._truth, self._noise, self._limits
 
     @functools.cached_property
     def _law(self) -> Law:
@@ -177,6 +184,11 @@ class Mission:
             return self.file.truth.vehicle(self._law.vehicle)
 
     @functools.cached_property
+    def _limits(self) -> Limits:
+        with within("[limits]"):
+            return Limits(**self.file.limits.arguments())
+
+    @functools.cached_property
     def _noise(self) -> SensorNoise | None:
         if self.file.noise is None:
             return None
@@ -187,6 +199,13 @@ class Mission:
                 "controller.rate",
             )
         return self.file.noise.at(self.file.controller.rate)
+
+
+def _asked_speed(reference: AnyReference) -> float:
+    """Return the speed [path parameter/s] of the largest magnitude that a reference asks for; at a point it rests."""
+    if isinstance(reference, Point):
+        return 0.0
+    return max((leg.speed for leg in reference.legs), key=abs) if isinstance(reference, Legs) else reference.speed
 
 
 def _put(values: dict[str, Any], key: str, value: Any) -> None:

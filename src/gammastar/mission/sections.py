@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field, PlainValidator, SerializeAsAny, ValidationInfo, field_validator, model_validator
 
 from gammastar import checks, so3
+from gammastar.certificate import Limits
 from gammastar.errors import InputError
 from gammastar.flight import INTEGRATORS, SensorNoise, fly
 from gammastar.flight.loop import FEEDBACKS
@@ -73,6 +74,7 @@ REFERENCES: dict[str, type[Construction]] = {
     "legs": LegsSection,
 }
 VehicleSection = section_of(Vehicle)
+LimitsSection = section_of(Limits)
 
 
 def body_rate(yaw_rate: Any) -> Any:
@@ -224,6 +226,7 @@ class MissionFile(Section):
     start: StartSection
     truth: TruthSection = Field(default_factory=TruthSection)
     noise: NoiseSection | None = None
+    limits: SerializeAsAny[Construction] = Field(default_factory=LimitsSection)
     flight: FlightSection = Field(default_factory=FlightSection)
 
     @field_validator("vehicle", mode="wrap")
@@ -235,6 +238,11 @@ class MissionFile(Section):
     @classmethod
     def _path(cls, value: Any, handler: Any) -> Construction:
         return choose(value, "name", PATHS)
+
+    @field_validator("limits", mode="wrap")
+    @classmethod
+    def _limits(cls, value: Any, handler: Any) -> Construction:
+        return LimitsSection.model_validate(value)
 
     @field_validator("reference", mode="wrap")
     @classmethod
