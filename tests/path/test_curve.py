@@ -68,7 +68,7 @@ BAD = {
     "NaN": (lambda s: (ca.sqrt(s), s, 0), {}, "finite"),
     "NaN coefficients": (lambda s: (s, np.nan, 0), {}, "finite"),
     "two entries": (lambda s: (s, s), {}, "three scalars"),
-    "a matrix": (lambda s: (s, s, ca.SX.eye(3)), {}, "three scalars"),
+    "a matrix": (lambda s: (s, s, ca.SX.eye(3)), {}, "must return scalars .got one of 3 by 3"),
     "a column of four": (lambda s: ca.vertcat(s, s, s, s), {}, "three scalars"),
     "text": (lambda s: (s, s, "deep"), {}, "CasADi scalars"),
     "not smooth": (lambda s: (s, ca.floor(s), 0), {}, "differentiable operations"),

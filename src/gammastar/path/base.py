@@ -13,6 +13,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gammastar.checks import array
+from gammastar.errors import PathError
 from gammastar.taylor import Series
 
 ORDER = 4  # outputs are differentiated up to snap, the first derivative that the input reaches
@@ -41,7 +43,9 @@ class PathOutputs:
 class Path(ABC):
     """A smooth embedded curve in space; its parameter is tracked as a state, so progress on a closed path never wraps."""
 
+    name: str  # as messages call it
     period: float | None  # length of the parameter interval of a closed path, None for an open one
+    domain: tuple[float, float]  # one period of a closed path; where an open one is checked, searched first, and drawn
     components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
     data_size: int = 0  # numbers that the graph needs beside the parameter, such as the coefficients of a segment
 
@@ -103,3 +107,11 @@ class Path(ABC):
     def nearest_turn(self, parameter: float, near: float) -> float:
         """Return `parameter` shifted by whole periods to lie nearest to `near`; unchanged on an open path."""
         return parameter if self.period is None else parameter + self.period * round((near - parameter) / self.period)
+
+
+def interval(domain: Any, name: str) -> tuple[float, float]:
+    """Return the domain of a path as two increasing numbers."""
+    low, high = array(domain, f"domain of {name}", (2,))
+    if not low < high:
+        raise PathError(f"the domain of {name} must be an interval (got {low:g} to {high:g}); give low < high")
+    return float(low), float(high)

@@ -12,11 +12,12 @@ import casadi as ca
 import numpy as np
 
 from gammastar import taylor
-from gammastar.checks import array, direction, number
+from gammastar.checks import direction, number
 from gammastar.errors import PathError
 from gammastar.path import bishop
-from gammastar.path.base import JET_ORDER, Path, PathOutputs
+from gammastar.path.base import JET_ORDER, Path, PathOutputs, interval
 from gammastar.path.jet import Jet, outputs_from_jet, position_from_outputs
+from gammastar.path.symbols import called, scalars
 from gammastar.taylor import Series
 
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
@@ -31,8 +32,6 @@ REGULARITY_POINTS = 512  # samples of the check at construction; `certify` looks
 class ParametricPath(Path):
     """What every parametric curve shares: the law's outputs from its jet, the tracking of its parameter, its normal frames."""
 
-    name: str
-    domain: tuple[float, float]  # one period of a closed path; where an open one is checked, searched first, and drawn
     plane_normal: tuple[float, float, float] | None  # of a planar curve: its normal frame is then closed form
 
     components = 3
@@ -200,9 +199,7 @@ class Curve(ParametricPath):
         if self.period is not None:
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
-        low, high = array(self.domain, f"domain of {self.name}", (2,))
-        if not low < high:
-            raise PathError(f"the domain of {self.name} must be an interval (got {low:g} to {high:g}); give low < high")
+        object.__setattr__(self, "domain", interval(self.domain, self.name))
         if self.plane_normal is not None:
             object.__setattr__(self, "plane_normal", tuple(direction(self.plane_normal, "plane_normal")))
         self._check_regular()
@@ -222,13 +219,8 @@ class Curve(ParametricPath):
     @functools.cached_property
     def _point_function(self) -> Any:
         parameter = ca.SX.sym("parameter")
-        try:
-            entries = [ca.SX(entry) for entry in _entries(self.point(parameter))]
-        except (TypeError, NotImplementedError) as error:
-            raise PathError(
-                f"the formula of {self.name} must return three CasADi scalars (got {error}); use casadi functions, not numpy or math"
-            ) from error
-        if len(entries) != 3 or any(entry.shape != (1, 1) for entry in entries):
+        entries = scalars(_entries(called(self.point, [parameter], self.name)), self.name)
+        if len(entries) != 3:
             raise PathError(
                 f"the formula of {self.name} must return three scalars (got {len(entries)} entries); return x, y, z"
             )
@@ -248,4 +240,7 @@ class Curve(ParametricPath):
 
 
 def _entries(value: Any) -> list[Any]:
-    return list(value) if isinstance(value, (tuple, list)) else list(ca.vertsplit(value))
+    """Return what a formula returned as a list: a tuple, a list, a NumPy array, or a column of symbols or numbers."""
+    if isinstance(value, (ca.SX, ca.DM)):
+        return list(ca.vertsplit(value))
+    return list(value) if isinstance(value, (tuple, list, np.ndarray)) else [value]

@@ -16,25 +16,27 @@ import numpy as np
 from gammastar import taylor
 from gammastar.checks import array, number
 from gammastar.errors import PathError
-from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs
+from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs, interval
+from gammastar.path.course import Course
+from gammastar.path.symbols import called, scalars
+from gammastar.path.tracing import inverted
 from gammastar.taylor import Series
 
 SEED_STEPS = 50  # Newton steps from the seed onto the path
 FOOT_STEPS = 8  # Newton steps from a position off the path to its foot
 SOLVE_STEPS = 4  # Newton steps from a neighbouring solution
-TABLE_STEP = 0.05  # [units of pi] between solutions traced one from the other
-RETURN_STEPS = 3  # Newton steps back onto the path after each of the following
-ON_PATH = 1e-10  # [m], and relative: how near the path a foot must be, so that no distance comes out too small
-DISTANCE_STEPS = 8  # of the sequential projection that polishes a distance
 
 
 @dataclass(frozen=True, eq=False)
 class ImplicitPath(Path):
     """The set where two functions of position vanish, with a third one that grows along it.
 
+    It is traced once at construction: one period of a closed path, the domain of an open one.
+
     Raises:
-        PathError: A formula is not a scalar or cannot be differentiated; no point of the path is found from `seed`; or
-            the three gradients are dependent there (Assumption 1, Lemma 3).
+        PathError: A formula is not a scalar or cannot be differentiated; no point of the path is found from `seed`;
+            the three gradients are dependent there (Assumption 1, Lemma 3); pi jumps or turns back on the way; or the
+            path does not come back to the same point after a period, or does so earlier.
     """
 
     first: Callable[[Any, Any, Any], Any]  # graph: s1(x, y, z)
@@ -43,7 +45,7 @@ class ImplicitPath(Path):
     seed: tuple[float, float, float]  # [m] a point on the path or near it
     period: float | None = None  # of pi on a closed path, 2 pi for an angle
     name: str = "implicit path"
-    domain: tuple[float, float] = (-10.0, 10.0)  # of pi, where an open path is drawn
+    domain: tuple[float, float] = (-10.0, 10.0)  # of pi, where an open path is checked and drawn
 
     components = 2
 
@@ -51,6 +53,7 @@ class ImplicitPath(Path):
         if self.period is not None:
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
+        object.__setattr__(self, "domain", interval(self.domain, self.name))
         object.__setattr__(self, "seed", tuple(array(self.seed, f"seed of {self.name}", (3,)).tolist()))
         assert self._jet_sampler  # refuses formulas that have no Taylor rule now, not in flight
         values, gradient = (np.array(value) for value in self._gradient_sampler(self._seed_point))
@@ -64,6 +67,7 @@ class ImplicitPath(Path):
                 f"the gradients of s1, s2 and pi of {self.name} must be independent on the path (got dependent ones at "
                 f"{self._seed_point.round(6).tolist()}); choose functions with nonzero independent gradients"
             )
+        self._course.check()
 
     def outputs(self, position: Series, place: Any) -> PathOutputs:
         """Graph: return the outputs along a position series; pi continues the parameter, whole periods included."""
@@ -71,7 +75,7 @@ class ImplicitPath(Path):
         rows = [Series(tuple(c[i] for c in chi.coefficients)) for i in range(3)]
         first, second, along = (s.derivatives() for s in taylor.through(self._functions, rows))
         gradient = self._gradient(chi.coefficients[0])
-        inverse, determinant = _inverse(gradient)
+        inverse, determinant = inverted(gradient)
         lengths = [ca.norm_2(gradient[i, :]) for i in range(3)]
         independence = ca.fabs(determinant) / (lengths[0] * lengths[1] * lengths[2])
 
@@ -107,7 +111,7 @@ class ImplicitPath(Path):
             Series.from_derivatives(ca.horzsplit(row)) for row in (transverse[0, :], transverse[1, :], tangential.T)
         ]
         value = self._solved(ca.vertcat(*(t.coefficients[0] for t in targets)), guess, SOLVE_STEPS)
-        inverse, _ = _inverse(self._gradient(value))
+        inverse, _ = inverted(self._gradient(value))
         chi = [value]
         for k in range(1, order + 1):
             rows = [Series((*(c[i] for c in chi), ca.SX(0))) for i in range(3)]
@@ -121,22 +125,12 @@ class ImplicitPath(Path):
         return float(self._functions(*position)[2])
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the points (n, 3) at parameters (n,): Newton steps from a table that is continued from the seed."""
-        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
-        start = self.start_parameter(self._seed_point)
-        if self.period is not None:
-            wanted = start + np.mod(wanted - start, self.period)
-        nodes = np.rint((wanted - start) / TABLE_STEP).astype(int)
-        table = {0: self._seed_point}
-        for sign, count in ((1, max(0, nodes.max())), (-1, max(0, -nodes.min()))):
-            for k in range(1, count + 1):
-                guess = table[sign * (k - 1)]
-                table[sign * k] = np.array(self._point_solver(start + sign * k * TABLE_STEP, guess)).ravel()
-        guesses = np.array([table[node] for node in nodes])
-        found = np.array(self._point_solver.map(len(wanted))(wanted[None, :], guesses.T)).T
-        if not np.all(np.isfinite(found)):
-            raise PathError(f"{self.name} could not be traced from its seed; give a seed on the path and a smooth pi")
-        return found
+        """Return the points (n, 3) at parameters (n,), traced from the seed.
+
+        Raises:
+            PathError: Pi does not get as far on the path.
+        """
+        return self._course.points(np.atleast_1d(np.asarray(parameters, dtype=float)))
 
     def jets(self, parameters: np.ndarray) -> np.ndarray:
         """Return (n, 6, 3): point and first five derivatives with respect to pi, at parameters (n,)."""
@@ -153,13 +147,8 @@ class ImplicitPath(Path):
         return components
 
     def distances(self, positions: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Return the distances (n,) [m]: from the point with the same pi, polished by projections onto the linearised path.
-
-        Exact when pi is the nearest-point projection, Eq. (12), and to second order near the path otherwise; never too
-        small by more than the residual of the Newton steps.
-        """
-        feet = self.points(np.array(self._functions.map(len(positions))(*positions.T[:, None, :])[2]).ravel())
-        return np.array(self._distance_solver.map(len(positions))(positions.T, feet.T)).ravel()
+        """Return the distances (n,) [m] to the nearest points of the path, whatever pi is; see `gammastar.path.course`."""
+        return self._course.distances(np.atleast_2d(np.asarray(positions, dtype=float)), np.asarray(parameters))
 
     def _continued(self, coordinate: Any, parameter: Any) -> Any:
         """Graph: return the coordinate plus the whole periods that bring it nearest to `parameter`."""
@@ -170,17 +159,9 @@ class ImplicitPath(Path):
     @functools.cached_property
     def _functions(self) -> Any:
         symbols = [ca.SX.sym(axis) for axis in "xyz"]
-        try:
-            values = [ca.SX(formula(*symbols)) for formula in (self.first, self.second, self.coordinate)]
-        except (TypeError, NotImplementedError) as error:
-            raise PathError(
-                f"the formulas of {self.name} must return CasADi scalars (got {error}); use casadi functions, not numpy or math"
-            ) from error
-        if any(value.shape != (1, 1) for value in values):
-            raise PathError(
-                f"s1, s2 and pi of {self.name} must be scalars (got {[v.shape for v in values]}); return one number each"
-            )
-        return ca.Function("outputs", symbols, values)
+        formulas = {"s1": self.first, "s2": self.second, "pi": self.coordinate}
+        values = [called(formula, symbols, f"{key} of {self.name}") for key, formula in formulas.items()]
+        return ca.Function("outputs", symbols, scalars(values, f"s1, s2 or pi of {self.name}"))
 
     @functools.cached_property
     def _gradient(self) -> Any:
@@ -202,20 +183,22 @@ class ImplicitPath(Path):
         for _ in range(steps):
             values = ca.vertcat(*self._functions(*ca.vertsplit(position)))
             values = ca.vertcat(values[:2], self._continued(values[2], target[2]))
-            position = position + ca.mtimes(_inverse(self._gradient(position))[0], target - values)
+            position = position + ca.mtimes(inverted(self._gradient(position))[0], target - values)
         return position
 
     @functools.cached_property
-    def _point_solver(self) -> Any:
+    def _course(self) -> Course:
+        return Course(self.name, self.domain, self.period, self._seed_point, self._gradient_sampler, self._sampler(2))
+
+    def _sampler(self, order: int) -> Any:
         parameter, guess = ca.SX.sym("parameter"), ca.SX.sym("guess", 3)
-        return ca.Function("point", [parameter, guess], [self._solved(ca.vertcat(0, 0, parameter), guess, SOLVE_STEPS)])
+        moving = ca.vertcat(parameter, 1, ca.SX.zeros(order - 1))
+        series = self.position_series(ca.SX.zeros(2, order + 1), moving, guess)
+        return ca.Function("jet", [parameter, guess], ca.cse([ca.densify(row) for row in series.derivatives()]))
 
     @functools.cached_property
     def _jet_sampler(self) -> Any:
-        parameter, guess = ca.SX.sym("parameter"), ca.SX.sym("guess", 3)
-        moving = ca.vertcat(parameter, 1, ca.SX.zeros(JET_ORDER - 1))
-        series = self.position_series(ca.SX.zeros(2, JET_ORDER + 1), moving, guess)
-        return ca.Function("jet", [parameter, guess], ca.cse([ca.densify(row) for row in series.derivatives()]))
+        return self._sampler(JET_ORDER)
 
     @functools.cached_property
     def _slope_on_path(self) -> float:
@@ -232,37 +215,3 @@ class ImplicitPath(Path):
                 break
             point = point - np.linalg.pinv(gradient[:2]) @ values[:2, 0]
         return point
-
-    def _step_onto_path(self, point: Any, ahead: Any) -> Any:
-        """Graph: return the shortest step that solves s1 = s2 = 0, linearised at a point, from a position ahead of it."""
-        values = ca.vertcat(*self._functions(*ca.vertsplit(point))[:2])
-        rows = self._gradient(point)[:2, :]
-        residual = values + ca.mtimes(rows, ahead)
-        return -ca.mtimes(rows.T, ca.mtimes(_inverse_of_two(ca.mtimes(rows, rows.T)), residual))
-
-    @functools.cached_property
-    def _distance_solver(self) -> Any:
-        position, foot = ca.SX.sym("position", 3), ca.SX.sym("foot", 3)
-        nearest, point = ca.norm_2(position - foot), foot
-        for _ in range(DISTANCE_STEPS):
-            point = position + self._step_onto_path(point, position - point)
-            for _ in range(RETURN_STEPS):
-                point = point + self._step_onto_path(point, ca.DM.zeros(3))
-            distance = ca.norm_2(position - point)
-            left = ca.norm_2(self._step_onto_path(point, ca.DM.zeros(3)))
-            is_nearer = ca.logic_and(distance < nearest, left < ON_PATH * (1 + distance))
-            nearest = ca.if_else(is_nearer, distance, nearest)
-        return ca.Function("distance", [position, foot], [nearest])
-
-
-def _inverse(matrix: Any) -> tuple[Any, Any]:
-    """Graph: return the inverse of an SX (3, 3) by cross products of its rows, and its determinant."""
-    first, second, third = (matrix[i, :].T for i in range(3))
-    columns = ca.horzcat(ca.cross(second, third), ca.cross(third, first), ca.cross(first, second))
-    determinant = ca.dot(first, columns[:, 0])
-    return columns / determinant, determinant
-
-
-def _inverse_of_two(matrix: Any) -> Any:
-    determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-    return ca.vertcat(ca.horzcat(matrix[1, 1], -matrix[0, 1]), ca.horzcat(-matrix[1, 0], matrix[0, 0])) / determinant
