@@ -32,6 +32,7 @@ FLOOR_OF = {room: floor for floor, rooms in FLOORS.items() for room in rooms}
 LEAVES = {"claims", "export", "adapters", "baselines"}
 SIDEWAYS = {  # the only imports between two rooms of one floor
     ("checks", "errors"),
+    ("so3", "checks"),
     ("so3", "errors"),
     ("taylor", "errors"),
     ("taylor", "so3"),

@@ -7,15 +7,17 @@ from numpy.typing import ArrayLike
 
 from gammastar.errors import InputError, ShapeError
 
+LONGEST_SHOWN = 60  # characters of a value in a message
+
 
 def number(value: object, name: str, *, above: float | None = None, at_least: float | None = None) -> float:
     """Return a finite float, optionally bounded from below, or raise `InputError` naming it."""
     try:
-        if isinstance(value, (bool, np.bool_)):
-            raise TypeError("a truth value is no number")
+        if isinstance(value, (bool, np.bool_, str, bytes)):
+            raise TypeError("a truth value or a text is no number")
         result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be a number (got {value!r}); give one finite number") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} must be a number (got {shortened(value)}); give one finite number") from error
     if not np.isfinite(result):
         raise InputError(f"{name} must be finite (got {result}); give a finite number")
     if above is not None and result <= above:
@@ -39,8 +41,10 @@ def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
         if np.iscomplexobj(value):
             raise TypeError("complex numbers would lose their imaginary part")
         result = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ShapeError(f"{name} must be numbers of shape {shape} (got {value!r}); give numbers only") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ShapeError(
+            f"{name} must be numbers of shape {shape} (got {shortened(value)}); give numbers only"
+        ) from error
     if result.shape != shape:
         raise ShapeError(f"{name} must have shape {shape} (got {result.shape}); check the number of entries")
     if not np.all(np.isfinite(result)):
@@ -56,3 +60,19 @@ def direction(value: ArrayLike, name: str) -> np.ndarray:
     if length < 1e-12:
         raise InputError(f"{name} must not be zero (got {vector.tolist()}); give a direction")
     return np.asarray(vector / length)
+
+
+def instance(value: object, kinds: type | tuple[type, ...], name: str, remedy: str) -> None:
+    """Raise `InputError` unless a value is of one of the kinds; `remedy` says what makes one."""
+    if not isinstance(value, kinds):
+        wanted = " or ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
+        raise InputError(f"{name} must be a {wanted} (got {type(value).__name__}); {remedy}")
+
+
+def shortened(value: object) -> str:
+    """Return a value as a message shows it: one line of a bounded length."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        return "a number of very many digits"
+    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + " ..."

@@ -13,6 +13,10 @@ from typing import Any
 class GammastarError(Exception):
     """Base of every error of gammastar; catching it catches all of them and nothing else."""
 
+    def __reduce__(self) -> Any:
+        """Let an error cross to another process with its message and its attributes."""
+        return _restored, (type(self), self.args, self.__dict__)
+
 
 class InputError(GammastarError, ValueError):
     """A value from outside cannot be used: wrong sign, wrong range, not finite, or inconsistent with another."""
@@ -87,6 +91,12 @@ class MissingExtraError(GammastarError, ImportError):
         super().__init__(f"{purpose} needs {library} (not installed); run: pip install 'gammastar[{extra}]'")
         self.library = library
         self.extra = extra
+
+
+def _restored(kind: type[GammastarError], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> GammastarError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(attributes)
+    return error
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gammastar.checks import number
 from gammastar.errors import RotationError, ShapeError
 
 SMALL_ANGLE = 1e-2  # [rad] below it the exponential uses its series; the first neglected term is 1e-2**10 / 11! < 1e-27
@@ -132,17 +133,17 @@ def log(attitude: ArrayLike) -> np.ndarray:
 
 def roll(degrees: float) -> np.ndarray:
     """Return the rotation by an angle [deg] about the body's first axis; 180 is upside down."""
-    return cast(np.ndarray, exp([np.radians(degrees), 0.0, 0.0]))
+    return cast(np.ndarray, exp([np.radians(number(degrees, "roll [deg]")), 0.0, 0.0]))
 
 
 def pitch(degrees: float) -> np.ndarray:
     """Return the rotation by an angle [deg] about the body's second axis."""
-    return cast(np.ndarray, exp([0.0, np.radians(degrees), 0.0]))
+    return cast(np.ndarray, exp([0.0, np.radians(number(degrees, "pitch [deg]")), 0.0]))
 
 
 def yaw(degrees: float) -> np.ndarray:
     """Return the rotation by an angle [deg] about the body's third axis."""
-    return cast(np.ndarray, exp([0.0, 0.0, np.radians(degrees)]))
+    return cast(np.ndarray, exp([0.0, 0.0, np.radians(number(degrees, "yaw [deg]"))]))
 
 
 def from_quaternion(quaternion: ArrayLike) -> np.ndarray:

@@ -124,6 +124,10 @@ class Series:
             cosine.append(sign * sum(i * a[i] * sine[k - i] for i in range(1, k + 1)) / k)
         return Series(tuple(sine)), Series(tuple(cosine))
 
+    def tanh(self) -> Series:
+        """Return the series of the hyperbolic tangent, from y' = (1 - y^2) x'; it stays finite where sinh and cosh do not."""
+        return self._by_rate(ca.tanh(self.coefficients[0]), lambda y, x_rate: (_one(y) - y.square()) * x_rate)
+
     def _by_rate(self, value: Any, rate: Callable[[Series, Series], Series]) -> Series:
         """Return y with y(0) = value and y' = rate(y, x'), order by order."""
         y = Series((value,))
@@ -145,15 +149,15 @@ def _select(first: Series, second: Series, takes_first: Any) -> Series:
 
 
 def _power(base: Series, exponent: Series) -> Series:
-    if all(c.is_zero() for c in exponent.coefficients[1:]):
-        p = exponent.coefficients[0]
-        if p.is_constant() and float(p) == int(float(p)) >= 0:  # exact at base zero, where x^p has finite derivatives
-            result = Series.constant(1.0, base.order)
-            for _ in range(int(float(p))):
-                result = result * base
-            return result
+    if not all(c.is_zero() for c in exponent.coefficients[1:]):
+        return (exponent * base.log()).exp()
+    p = exponent.coefficients[0]
+    if not (p.is_constant() and float(p) >= 0 and float(p).is_integer()):
         return base.power(p)
-    return (exponent * base.log()).exp()
+    result, left = _one(base), int(float(p))  # by squaring: exact at base zero, where x^p has finite derivatives
+    while left:
+        result, base, left = (result * base if left % 2 else result), base * base, left // 2
+    return result
 
 
 def _atan2(y: Series, x: Series) -> Series:
@@ -185,7 +189,7 @@ _UNARY: dict[int, Callable[[Series], Series]] = {
     ca.OP_TAN: lambda x: x.sin_cos()[0] / x.sin_cos()[1],
     ca.OP_SINH: lambda x: x.sin_cos(hyperbolic=True)[0],
     ca.OP_COSH: lambda x: x.sin_cos(hyperbolic=True)[1],
-    ca.OP_TANH: lambda x: x.sin_cos(hyperbolic=True)[0] / x.sin_cos(hyperbolic=True)[1],
+    ca.OP_TANH: Series.tanh,
     ca.OP_ATAN: lambda x: _inverse(x, ca.atan, lambda s: _one(s) / (_one(s) + s.square())),
     ca.OP_ASIN: lambda x: _inverse(x, ca.asin, lambda s: _one(s) / (_one(s) - s.square()).sqrt()),
     ca.OP_ACOS: lambda x: _inverse(x, ca.acos, lambda s: -(_one(s) / (_one(s) - s.square()).sqrt())),

@@ -61,7 +61,7 @@ def one_row() -> gs.FlightRecord:
 
 
 def diverged() -> gs.FlightRecord:
-    """A flight whose numbers left the finite range: the steps are far too long for how it turns."""
+    """A flight of one row: its steps are far too long for how it turns at the start."""
     start = gs.State(position=(3, 0, 9), angular_velocity=(300, 0, 0))
     return gs.fly(paper_law(), start, speed=1.0, duration=10, step=STEP)
 

@@ -19,7 +19,7 @@ def test_the_kinds_are_what_they_claim() -> None:
     """Guards the tests below: a flight that ends early has to end early."""
     assert KINDS["one row"]().time.shape == (1,)
     assert KINDS["ended early"]().status is gs.Status.FREE_FALL
-    assert KINDS["diverged"]().status is gs.Status.NOT_FINITE
+    assert KINDS["diverged"]().status is gs.Status.UNRESOLVED
     assert KINDS["open path"]().law.path.period is None
     assert not KINDS["noisy"]().nominal
     assert all(KINDS[kind]().completed for kind in ("upside down", "noisy", "open path", "stop"))

@@ -10,7 +10,8 @@ import scipy.optimize
 from gammastar import so3
 from gammastar.errors import FlightError, GammastarError, InputError, SingularStartError, UnknownNameError
 from gammastar.flight import INTEGRATORS, FlightRecord, SensorNoise, Status, fly
-from gammastar.law import Point, Ramp, Speed, design
+from gammastar.flight.watch import LARGEST_TURN, RESOLVED_SHARE
+from gammastar.law import Azimuth, Point, Ramp, Speed, design
 from gammastar.law.gains import companion, gains_from_poles
 from gammastar.path import catalogue as paths
 from gammastar.vehicle import State, Vehicle
@@ -144,11 +145,28 @@ def test_whatever_happens_no_array_holds_nan(case: dict) -> None:
     assert record.time[-1] == record.status_time
 
 
-def test_numbers_that_leave_the_finite_range_end_a_flight() -> None:
+def test_an_unstable_loop_ends_a_flight() -> None:
     """Poles of -5000 at a step of 1 ms: no explicit method is stable there, and no singularity is near."""
     record = fly(design(PAPER_VEHICLE, PATHS["circle"], poles=-5000), State((1.1, 0, 10)), speed=1.0, duration=1.0)
+    assert record.status is Status.UNRESOLVED
+    assert is_finite(record)
+
+
+def test_numbers_that_leave_the_finite_range_end_a_flight() -> None:
+    record = fly(design(PAPER_VEHICLE, PATHS["circle"], poles=-2), State((1.0, 0, 10)), speed=1e60, duration=1.0)
     assert record.status is Status.NOT_FINITE
     assert is_finite(record)
+
+
+@pytest.mark.parametrize(("rate", "step"), [(800.0, 1e-3), (100.0, 2.9e-3), (20.0, 1e-3)])
+def test_a_rotation_that_the_step_does_not_resolve_is_not_called_settled(rate: float, step: float) -> None:
+    """The flight is compared with its closed form over its whole length, along the path as across it."""
+    law = design(PAPER_VEHICLE, PATHS["circle"], poles=-2.5)
+    record = fly(law, State((3.2, 5, 0), angular_velocity=(rate, 0, 0)), speed=1.0, step=step)
+    error = np.linalg.norm(record.position - record.prediction.position, axis=1).max()
+    resolved = rate * step < LARGEST_TURN and error <= RESOLVED_SHARE * record.distance.max() + record.settled_within
+    assert record.completed is bool(resolved)
+    assert record.summary()["settled"] is record.completed
 
 
 def test_a_start_far_out_does_not_end_at_a_focal_point() -> None:
@@ -313,7 +331,43 @@ def test_a_flight_has_a_row_for_every_step_and_its_start(duration: float) -> Non
     """500 steps are one chunk of the machine."""
     record = fly(design(PAPER_VEHICLE, PATHS["circle"]), State((1.3, 0.1, 9.9)), speed=1.0, duration=duration)
     steps = max(1, round(duration / 1e-3))
-    assert record.time == pytest.approx(np.arange(steps + 1) * 1e-3, abs=1e-15)
+    assert record.time == pytest.approx(np.arange(steps + 1) * min(1e-3, duration), abs=1e-15)
     assert record.completed
     assert record.status_time == record.time[-1]
     assert record.state[0] == pytest.approx(State((1.3, 0.1, 9.9)).vector(PAPER_VEHICLE.weight), abs=0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"duration": 1e308}, "at most 2000000 rows"),
+        ({"step": 5e-324}, "at most 2000000 rows"),
+        ({"feedback": "start", "rate": 1e-308}, "at most 1000 integration steps"),
+        ({"feedback": "start", "rate": 1e300, "step": 1.0}, "at most 2000000 rows"),
+        ({"truth": "heavy"}, "truth must be a Vehicle"),
+        ({"noise": 0.1, "feedback": "start", "rate": 100.0}, "noise must be a SensorNoise"),
+        ({"heading": 3}, "heading must be a Heading"),
+        ({"heading": Azimuth(), "yaw_reference": 1.0}, "a heading or a yaw reference"),
+        ({"seed": 1.5}, "seed must be a whole number"),
+        ({"speed": "1.0"}, "must be a number"),
+    ],
+)
+def test_what_cannot_be_flown_is_said_in_one_sentence(arguments: dict, message: str) -> None:
+    law = design(PAPER_VEHICLE, PATHS["circle"])
+    with pytest.raises(InputError, match=message):
+        fly(law, State((1.4, 0, 10)), **{"speed": 1.0, **arguments})
+
+
+@pytest.mark.parametrize(("duration", "step"), [(1.0, 0.3e-2), (0.0105, 1e-3)])
+def test_a_flight_lasts_as_long_as_asked_with_steps_no_longer_than_asked(duration: float, step: float) -> None:
+    record = fly(
+        design(PAPER_VEHICLE, PATHS["circle"]), State((1.3, 0.1, 9.9)), speed=1.0, duration=duration, step=step
+    )
+    assert record.time[-1] == pytest.approx(duration, rel=1e-14)
+    assert np.diff(record.time).max() <= step * (1 + 1e-9)
+
+
+def test_a_start_whose_predicted_middle_is_not_finite_is_refused() -> None:
+    law = design(PAPER_VEHICLE, PATHS["circle"])
+    with pytest.raises(SingularStartError, match="finite input at the start"):
+        fly(law, State((3.2, 5, 0), velocity=(1e100, 1e100, 1e100)), speed=1.0, feedback="middle", rate=100.0)

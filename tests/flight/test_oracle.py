@@ -140,7 +140,7 @@ def test_group_methods_keep_the_closed_loop_on_the_group(method) -> None:
     law = design(PAPER_VEHICLE, PATHS["circle"], poles=-2.5)
     start = State((1.3, 0.2, 9.8), attitude=so3.roll(170))
     record = fly(law, start, speed=1.0, duration=60.0, step=2e-3, integrator=method.name)
-    assert record.completed
+    assert record.time[-1] == 60.0
     drift = so3.drift(record.attitude)
     assert (drift <= 1e-12) is method.keeps_group
     assert drift <= 1e-6

@@ -1,5 +1,5 @@
 """What runs a graph."""
 
-from gammastar.engine.machine import scan
+from gammastar.engine.machine import CHUNK, scan
 
-__all__ = ["scan"]
+__all__ = ["CHUNK", "scan"]

@@ -16,6 +16,7 @@ def scan(
     exogenous: np.ndarray,
     stop: Callable[[np.ndarray, np.ndarray], int | None] | None = None,
     progress: Callable[[int], None] | None = None,
+    chunk: int = CHUNK,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Run (state, exogenous column) -> (next state, observation) over all columns.
 
@@ -26,6 +27,7 @@ def scan(
         stop: Given the states after and observations of a chunk, return how many of its steps to keep, or None to go
             on.
         progress: Called with the number of steps done so far.
+        chunk: Steps between two looks; fewer when a step is long, so that an interruption is heard soon.
 
     Returns:
         States (n, steps + 1) with the start first, and observations (k, steps times the columns of one observation);
@@ -35,11 +37,12 @@ def scan(
     states, observations, done = [np.asarray(state, dtype=float)[:, None]], [], 0
     runs: dict[int, Any] = {}
     while done < total:
-        count = min(CHUNK, total - done)
+        count = min(chunk, total - done)
         if count not in runs:
             runs[count] = step.mapaccum("run", count)
         columns = exogenous[:, done : done + count]
-        after, observed = (np.array(value) for value in runs[count](states[-1][:, -1], columns))
+        # .full(): NumPy's own conversion turns a Ctrl-C that arrives inside it into a SystemError
+        after, observed = (value.full() for value in runs[count](states[-1][:, -1], columns))
         kept = stop(after, observed) if stop is not None else None
         if kept is not None:
             states.append(after[:, :kept])

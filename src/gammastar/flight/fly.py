@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from gammastar import engine
-from gammastar.checks import number
+from gammastar.checks import instance, number, whole
 from gammastar.errors import FlightError, InputError, SingularStartError, UnknownNameError
 from gammastar.flight.integrator import integrator as integrator_by_name
-from gammastar.flight.loop import FEEDBACKS, TRUE_PARAMETER, ClosedLoop, interval_of
+from gammastar.flight.loop import FEEDBACKS, TRUE_PARAMETER, ClosedLoop, timing
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise
+from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
-MOST_STEPS = 5_000_000  # rows of a record, some 2 GB
-SMALLEST_FOCAL_MARGIN = 1e-9
 SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
-RESOLVED_SHARE = 0.1  # of the first transverse error, by which a resolved flight may end beside its closed form
-LARGEST_TURN = 1.0  # [rad] in one integration step; beyond it no method of fixed step resolves the motion
-NEAR = 0.1  # of a margin's usual size: a flight that breaks down this near to a singularity broke down because of it
 
 
 def fly(
@@ -75,9 +71,18 @@ def fly(
         SingularStartError: The law has no finite input at the start.
         FlightError: The flight ended early and `throw` is set.
     """
-    for value, kind, name in ((law, Law, "law"), (start, State, "start")):
-        if not isinstance(value, kind):
-            raise InputError(f"{name} must be a gammastar {kind.__name__} (got {type(value).__name__}); make one first")
+    instance(law, Law, "law", "make one with gs.design(vehicle, path)")
+    instance(start, State, "start", "make one with gs.State(position)")
+    if truth is not None:
+        instance(truth, Vehicle, "truth", "make one with gs.Vehicle(mass, inertia)")
+    if noise is not None:
+        instance(noise, SensorNoise, "noise", "make one with gs.SensorNoise()")
+    if heading is not None:
+        instance(heading, Heading, "heading", "make one with gs.Along(), gs.Azimuth() or gs.Towards()")
+        if number(yaw_reference, "yaw reference") != 0:
+            raise InputError("a flight has a heading or a yaw reference (got both); leave one of them out")
+    if reference is not None:
+        instance(reference, get_args(AnyReference), "reference", "make one of them")
     if (speed is None) == (reference is None):
         raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]
@@ -91,10 +96,7 @@ def fly(
         raise InputError(
             "sensor noise needs sampled feedback (got continuous); choose feedback 'start' or 'middle' and a rate"
         )
-    interval, substeps = interval_of(feedback, step, rate)
-    steps = max(1, round(duration / interval))
-    if steps > MOST_STEPS:
-        raise InputError(f"a flight must have at most {MOST_STEPS} rows (got {steps}); shorten it or take longer steps")
+    interval, substeps, steps = timing(feedback, step, rate, duration)
     x, parameter = law.start_vector(start)
     loop = ClosedLoop(
         law=law,
@@ -108,21 +110,24 @@ def fly(
         noisy=noise is not None,
     )
     first = loop.start(x, parameter)
-    if not np.all(np.isfinite(first)):
-        raise SingularStartError(
-            "the law must have a finite input at the start (got NaN or infinity); move the start", {}
-        )
+    _require_finite(first)
+    seed = whole(seed, "seed")
     samples = np.zeros((NOISE_SIZE, steps + 1)) if noise is None else noise.samples(seed, steps + 1)
-    exogenous = np.vstack([np.arange(steps + 1) * interval, samples])
+    times = np.arange(steps + 1) * interval
+    exogenous = np.vstack([times, samples])
+    watch = Watch(interval / substeps, SMALLEST_THRUST * x[18])
+    if turns_too_far(x[15:18], watch.step):
+        watch.status, exogenous = Status.UNRESOLVED, exogenous[:, :0]
     states, observations = engine.scan(
         loop.step(),
         first,
         exogenous,
-        stop=lambda after, seen: _first_bad(after, seen, SMALLEST_THRUST * x[18], interval / substeps),
+        stop=watch,
         progress=None if progress is None else lambda done: progress(min(done, steps), steps),
+        chunk=max(1, engine.CHUNK // substeps),
     )
-    record = _record(loop, states, observations, exogenous[0], start, wanted, settled_within, steps)
-    if record.completed and record.nominal and not _is_resolved(record):
+    record = _record(loop, states, observations, times, start, wanted, settled_within, watch)
+    if record.completed and record.nominal and not is_resolved(record):
         record = dataclasses.replace(record, status=Status.UNRESOLVED)
     if throw and not record.completed:
         raise FlightError(
@@ -133,27 +138,6 @@ def fly(
     return record
 
 
-def _first_bad(after: np.ndarray, seen: np.ndarray, least_thrust: float, step: float) -> int | None:
-    """Return how many steps of a chunk come before the first one that must not be kept, or None."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        bad = ~(np.isfinite(after).all(axis=0) & np.isfinite(seen).all(axis=0))
-        bad |= ~(after[STATE_SIZE - 2] > least_thrust)
-        bad |= ~((seen[-1] > SMALLEST_FOCAL_MARGIN) | (seen[-3] > 0))
-        bad |= ~(np.linalg.norm(after[15:18], axis=0) * step < LARGEST_TURN)
-    return int(bad.argmax()) if bad.any() else None
-
-
-def _is_resolved(record: FlightRecord) -> bool:
-    """Return whether a nominal flight ends roughly where its closed form does.
-
-    Both are exact but for the integration, so what parts them is the step.  Small differences are for the summary to show.
-    """
-    across = record.law.predict_transverse(record.start, record.time[-1:])[0, :, 0]
-    ended = np.linalg.norm(record.transverse_state[-1, :, 0])
-    size = np.linalg.norm(record.transverse_state[0, :, 0])
-    return bool(abs(ended - np.linalg.norm(across)) <= 10 * record.settled_within + RESOLVED_SHARE * size)
-
-
 def _record(
     loop: ClosedLoop,
     states: np.ndarray,
@@ -162,19 +146,20 @@ def _record(
     start: State,
     reference: Any,
     settled_within: float,
-    steps: int,
+    watch: Watch,
 ) -> FlightRecord:
     """Return the record of a scan; one extra step gave the observation at the end, and its state is dropped."""
-    path, rows = loop.law.path, max(1, min(observations.shape[1], steps + 1))
-    completed = observations.shape[1] > steps
+    path, rows = loop.law.path, max(1, observations.shape[1])
     if observations.shape[1] == 0:  # not even the first step was good: show the start itself
-        observations = np.array(loop.step()(states[:, 0], np.zeros(1 + NOISE_SIZE))[1])
+        observations = loop.step()(states[:, 0], np.zeros(1 + NOISE_SIZE))[1].full()
+        _require_finite(observations)
     states, observations = states[:, :rows].T, observations[:, :rows].T
     state, parameters = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER]
     width = 4 * path.components
     transverse = observations[:, 4 : 4 + width].reshape(rows, 4, path.components).swapaxes(1, 2)
-    free_fall, focal = state[:, 18] / loop.truth.mass, observations[:, -1]
-    status = Status.COMPLETED if completed else _cause(state[-1], free_fall, focal, loop)
+    free_fall, focal, status = state[:, 18] / loop.truth.mass, observations[:, -1], watch.status
+    if status in (Status.NOT_FINITE, Status.UNRESOLVED):
+        status = nearest_singularity(state[:, 18], state[:, 19], focal, loop.interval) or status
     return FlightRecord(
         time=times[:rows],
         state=state,
@@ -202,15 +187,8 @@ def _record(
     )
 
 
-def _cause(last: np.ndarray, free_fall: np.ndarray, focal: np.ndarray, loop: ClosedLoop) -> Status:
-    """Return why a flight ended early: the nearer of the two singularities, if one is near, in its usual size."""
-    step = loop.interval / loop.substeps
-    nearness = {
-        Status.FOCAL_POINT: min(focal[-1], 2 * focal[-1] - focal[-2] if len(focal) > 1 else focal[-1])
-        / np.median(focal),
-        Status.FREE_FALL: min(last[18], last[18] + loop.interval * last[19]) / loop.truth.mass / np.median(free_fall),
-    }
-    cause = min(nearness, key=lambda status: nearness[status])
-    if nearness[cause] < NEAR:
-        return cause
-    return Status.UNRESOLVED if np.linalg.norm(last[15:18]) * step > LARGEST_TURN / 2 else Status.NOT_FINITE
+def _require_finite(values: np.ndarray) -> None:
+    if not np.all(np.isfinite(values)):
+        raise SingularStartError(
+            "the law must have a finite input at the start (got NaN or infinity); move the start", {}
+        )

@@ -34,6 +34,8 @@ PARAMETER, TRUE_PARAMETER, HELD, WAITING = (
     STATE_SIZE + 6,
 )
 LOOP_SIZE = STATE_SIZE + 7
+MOST_ROWS = 2_000_000  # of a record, some 2 GB
+ROUNDING = 1e-6  # of an interval, by which a duration may exceed whole intervals without another one
 MOST_SUBSTEPS = 1000  # a control interval longer than this many integration steps is a slip, not a wish
 
 
@@ -227,12 +229,32 @@ def interval_of(feedback: str, step: float, rate: float | None) -> tuple[float, 
         return step, 1
     if rate is None:
         raise InputError(f"feedback {feedback!r} needs a control rate [Hz] (got none); give one, such as 400")
-    substeps = max(1, math.ceil(1 / rate / step - 1e-9))
-    if substeps > MOST_SUBSTEPS:
+    wanted = 1 / rate / step
+    if not wanted <= MOST_SUBSTEPS + ROUNDING:
         raise InputError(
-            f"a control interval must hold at most {MOST_SUBSTEPS} integration steps (got {substeps}); raise the step or the rate"
+            f"a control interval must hold at most {MOST_SUBSTEPS} integration steps (got {wanted:.4g}); raise the step or the rate"
         )
-    return 1 / rate, substeps
+    return 1 / rate, max(1, math.ceil(wanted - ROUNDING))
+
+
+def timing(feedback: str, step: float, rate: float | None, duration: float) -> tuple[float, int, int]:
+    """Return the interval [s] between rows, the integration steps in it, and the intervals that cover a duration [s].
+
+    Continuous feedback divides the duration evenly and takes no step longer than `step`; sampled feedback flies whole control
+    intervals, the last of which may end after the duration.
+
+    Raises:
+        InputError: See `interval_of`; or the flight has too many rows.
+    """
+    interval, substeps = interval_of(feedback, step, rate)
+    wanted = duration / interval
+    if not wanted <= MOST_ROWS:
+        raise InputError(
+            f"a flight must have at most {MOST_ROWS} rows (got {wanted:.4g}, {duration:g} s at {interval:g} s); shorten it, or "
+            "raise the step or lower the rate"
+        )
+    rows = max(1, math.ceil(wanted - ROUNDING))
+    return (duration / rows if feedback == "continuous" else interval), substeps, rows
 
 
 def _euclidean(state: StateGraph) -> Any:

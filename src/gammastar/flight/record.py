@@ -29,7 +29,7 @@ class Status(enum.Enum):
     COMPLETED = "flew to the end"
     FREE_FALL = "thrust fell to zero: in free fall the attitude has no effect on the motion and the law is singular"
     FOCAL_POINT = "reached a focal point of the path, where the nearest point is not unique and the law is singular"
-    UNRESOLVED = "moved too fast for the integration step, which no longer resolves the motion: take a shorter one"
+    UNRESOLVED = "moved too fast for the integration step: take a shorter one, slower poles or a higher control rate"
     NOT_FINITE = "numbers left the finite range: the loop is unstable with this step, control rate or vehicle"
 
 
@@ -163,11 +163,7 @@ def _shown(value: Any) -> str:
 
 
 def _summary(record: FlightRecord) -> dict[str, Any]:
-    weight = record.truth.weight
-    try:
-        predicted = record.prediction.settling_time(SETTLED_SHARE * record.settled_within)
-    except PredictionError:
-        predicted = np.inf
+    weight, predicted = record.truth.weight, _predicted_settling(record)
     outside = np.flatnonzero(record.distance > record.settled_within)
     measured = None
     if not outside.size:
@@ -211,6 +207,29 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
         with contextlib.suppress(PredictionError):
             values["oracle"] = _oracle(record)
     return values
+
+
+def _predicted_settling(record: FlightRecord) -> float:
+    """Return when the closed form is near the path for good [s]; infinity if not by the end.
+
+    It starts where the loop is linear for the rest of the flight: at the start, or after the last row at which an approach bent it.
+    """
+    tolerance, first = SETTLED_SHARE * record.settled_within, 0
+    if record.constrained.any():
+        first = int(np.flatnonzero(record.constrained)[-1]) + 1
+        if first == len(record.time):
+            return np.inf
+        chains = record.law.decay(record.transverse_state[first], record.time[first:] - record.time[first])
+    elif record.law.path.components == 2:  # xi is not the distance
+        try:
+            return record.prediction.settling_time(tolerance)
+        except PredictionError:
+            return np.inf
+    else:
+        chains, _ = record.law.predict_chains(record.start, record.reference, record.time)
+    outside = np.flatnonzero(np.linalg.norm(chains[:, :, 0], axis=1) > tolerance)
+    after = first + (outside[-1] + 1 if outside.size else 0)
+    return float(record.time[after]) if after < len(record.time) else np.inf
 
 
 def _oracle(record: FlightRecord) -> dict[str, float]:

@@ -10,13 +10,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from gammastar.checks import number
+from gammastar.checks import instance, number, shortened
 from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
 from gammastar.law.approach import Approach, bounded
 from gammastar.law.gains import chain_poles, gains_from_poles, without_slowest
 from gammastar.law.heading import Heading
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
-from gammastar.law.predict import Initial, Prediction, predict, transverse_chains
+from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
 from gammastar.law.reference import AnyReference
 from gammastar.path import Path
 from gammastar.vehicle import State, StateGraph, Vehicle, split
@@ -130,9 +130,17 @@ class Law:
         constant = number(yaw_reference, "yaw reference") if isinstance(yaw_reference, (int, float)) else None
         return predict(self.vehicle, self.path, gains, initial, fixed, constant, times)
 
-    def predict_transverse(self, start: State, times: np.ndarray) -> np.ndarray:
-        """Return the closed form of the transverse chains alone, (n, 2, 5), at times (n,) [s]; they do not need the reference."""
-        return transverse_chains(self.path, self.gains, self._initial(start), times)
+    def predict_chains(self, start: State, reference: AnyReference, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the closed form of the chains alone at times (n,) [s]: transverse (n, 2, 5) and tangential (n, 5)."""
+        initial = self._initial(start)
+        fixed = reference.resolved(self.path, initial.parameter)
+        gains = self.tangential_gains(fixed.holds_position)
+        transverse = transverse_chains(self.path, self.gains, initial, times)
+        return transverse, tangential_chain(gains, initial, fixed, times)
+
+    def decay(self, transverse: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the closed form (n, 2, 5) of transverse chains from components (2, 4), at times (n,) [s] since then."""
+        return chains_from(self.gains, transverse, times)
 
     def _initial(self, start: State) -> Initial:
         x, parameter = self.start_vector(start)
@@ -219,8 +227,12 @@ def design(
 
     Raises:
         PoleError: Unstable or unpaired poles, or a number of poles that does not fit.
-        InputError: The slope of the yaw output vanishes.
+        InputError: The slope of the yaw output vanishes, or an argument is of another kind.
     """
+    instance(vehicle, Vehicle, "vehicle", "make one with gs.Vehicle(mass, inertia)")
+    instance(path, Path, "path", "make one with gs.paths, such as gs.paths.circle()")
+    if approach is not None:
+        instance(approach, Approach, "approach", "make one with gs.Approach()")
     chosen: dict[str, Any] = {"transverse": DEFAULT_POLES, "tangential": DEFAULT_POLES, "yaw": DEFAULT_YAW_POLE}
     if isinstance(poles, Mapping):
         for key in poles:
@@ -256,7 +268,11 @@ def _body_rate(yaw_rate: Any) -> Any:
 
 def _check_yaw_output(yaw_output: Callable[[Any], Any]) -> None:
     symbol = ca.SX.sym("yaw_rate")
-    value = ca.SX(yaw_output(symbol))
+    value = yaw_output(symbol)
+    if not isinstance(value, ca.SX) or value.shape != (1, 1):
+        raise InputError(
+            f"the yaw output beta(r) must return one CasADi scalar (got {shortened(value)}); use casadi functions of r"
+        )
     slope = ca.Function("slope", [symbol], [ca.densify(ca.jacobian(value, symbol))])
     grid = np.linspace(-YAW_RATE_RANGE, YAW_RATE_RANGE, 2001)
     slopes = np.array(slope(grid[None, :])).ravel()

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gammastar.checks import shortened
 from gammastar.errors import PoleError
 
 CONJUGATE_TOLERANCE = 1e-9  # relative distance at which two poles still count as a conjugate pair
@@ -40,7 +41,9 @@ def gains_from_poles(poles: ArrayLike) -> np.ndarray:
             )
         unpaired.remove(partner)
     coefficients = np.real(np.poly(roots))
-    return np.asarray(coefficients[:0:-1])
+    gains = coefficients[:0:-1].copy()
+    gains.setflags(write=False)
+    return gains
 
 
 def companion(gains: np.ndarray) -> np.ndarray:
@@ -58,8 +61,8 @@ def chain_poles(poles: complex | Sequence[complex], count: int, chain: str) -> t
     """
     try:
         values = np.asarray(poles, dtype=complex)
-    except (TypeError, ValueError) as error:
-        raise PoleError(f"{chain} poles must be numbers (got {poles!r}); give one, or {count}") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise PoleError(f"{chain} poles must be numbers (got {shortened(poles)}); give one, or {count}") from error
     if values.ndim == 0:
         values = np.full(count, values)
     if values.shape != (count,):

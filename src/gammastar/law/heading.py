@@ -17,8 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, number
-from gammastar.path import Path
+from gammastar.checks import array, direction, number
+from gammastar.errors import InputError
+from gammastar.path import ParametricPath, Path
 from gammastar.vehicle import StateGraph
 
 LEAST_ACROSS = 0.1  # length of h across b3 below which following it fades out
@@ -41,13 +42,11 @@ class Azimuth:
 
     def __post_init__(self) -> None:
         number(self.gain, "heading gain [1/s]", above=0)
-        vector = array(self.direction, "heading direction", (3,))
-        number(float(np.linalg.norm(vector)), "length of the heading direction", above=0)
+        object.__setattr__(self, "direction", tuple(direction(self.direction, "heading direction")))
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
         """Graph: return the yaw rate that turns the nose to the direction."""
-        vector = np.asarray(self.direction, dtype=float)
-        return _turning(state, ca.DM(vector / np.linalg.norm(vector)), ca.DM.zeros(3), self.gain)
+        return _turning(state, ca.DM(np.asarray(self.direction)), ca.DM.zeros(3), self.gain)
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,9 @@ class Along:
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
         """Graph: return the yaw rate that turns the nose along the tangent and follows it."""
-        _, first, second = path.jet(place, 2)  # type: ignore[attr-defined]
+        if not isinstance(path, ParametricPath):
+            raise InputError("a nose along the path needs a curve (got an implicit path); choose another heading")
+        _, first, second = path.jet(place, 2)
         speed = ca.norm_2(first)
         tangent = first / speed
         turning = parameter_rate * (second - tangent * ca.dot(tangent, second)) / speed
@@ -77,11 +78,11 @@ class Towards:
 
     def __post_init__(self) -> None:
         number(self.gain, "heading gain [1/s]", above=0)
-        array(self.point, "heading point [m]", (3,))
+        object.__setattr__(self, "point", tuple(array(self.point, "heading point [m]", (3,))))
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
         """Graph: return the yaw rate that turns the nose to the point and follows it; at the point itself the nose is free."""
-        line = ca.DM(np.asarray(self.point, dtype=float)) - state.position
+        line = ca.DM(np.asarray(self.point)) - state.position
         length = ca.sqrt(ca.sumsqr(line) + LEAST_ACROSS**2)
         sight = line / length
         turning = -(state.velocity - sight * ca.dot(sight, state.velocity)) / length

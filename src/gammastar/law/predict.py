@@ -97,8 +97,8 @@ def predict(
         or not np.all(np.isfinite(times))
     ):
         raise InputError("times must be a growing list of seconds from 0 (got another order or shape); sort them")
-    error = _chain(gains["tangential"], initial.tangential - _jets(reference, np.zeros(1))[0, :4], times)
-    transverse, tangential = transverse_chains(path, gains, initial, times), _jets(reference, times) + error
+    transverse = transverse_chains(path, gains, initial, times)
+    tangential = tangential_chain(gains["tangential"], initial, reference, times)
     yaw = None
     if yaw_reference is not None:
         yaw = yaw_reference + (initial.yaw_output - yaw_reference) * np.exp(-gains["yaw"][0] * times)
@@ -129,8 +129,19 @@ def predict(
 def transverse_chains(path: Path, gains: Mapping[str, np.ndarray], initial: Initial, times: np.ndarray) -> np.ndarray:
     """Return (n, 2, 5): the components of the transverse output and four derivatives at times (n,)."""
     xi = path.normal_components(np.array([initial.parameter]), initial.transverse[None])[0]
+    return chains_from(gains, xi, times)
+
+
+def chains_from(gains: Mapping[str, np.ndarray], xi: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return (n, 2, 5): transverse chains that start at components (2, 4), and their fourth derivatives, at times (n,)."""
     chains = [_chain(gains[name], xi[i], times) for i, name in enumerate(("transverse", "transverse_2"))]
     return np.stack(chains, axis=1)
+
+
+def tangential_chain(gains: np.ndarray, initial: Initial, reference: Reference, times: np.ndarray) -> np.ndarray:
+    """Return (n, 5): the coordinate along the path and four derivatives at times (n,)."""
+    error = _chain(gains, initial.tangential - _jets(reference, np.zeros(1))[0, :4], times)
+    return np.asarray(_jets(reference, times) + error)
 
 
 def _chain(gains: np.ndarray, start: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 
 from gammastar import taylor
-from gammastar.checks import number, whole
+from gammastar.checks import number, shortened, whole
 from gammastar.errors import InputError
 from gammastar.path import Path
 from gammastar.path.base import ORDER
@@ -138,6 +138,10 @@ class Leg:
         whole(self.laps, "leg laps")
         if self.to is not None:
             number(self.to, "leg to [path parameter]")
+        elif self.laps or self.hold:
+            raise InputError(
+                f"a leg without an end has no laps and no hold (got laps {self.laps} and hold {self.hold:g} s); say where it ends"
+            )
 
 
 @dataclass(frozen=True)
@@ -153,6 +157,10 @@ class Legs:
 
     def __post_init__(self) -> None:
         number(self.change_time, "change time [s]", above=0)
+        if isinstance(self.legs, Leg) or not all(isinstance(leg, Leg) for leg in self.legs):
+            raise InputError(
+                f"a schedule must be a list of Leg (got {shortened(self.legs)}); write Legs((Leg(1.0), ...))"
+            )
         object.__setattr__(self, "legs", tuple(self.legs))
         if not self.legs:
             raise InputError("a schedule needs at least one leg (got none); give one")
