@@ -42,12 +42,19 @@ def uneven(t: Any) -> Any:
     return t + 0.3 * ca.sin(t)
 
 
+class Unchecked(Curve):
+    """A curve that nobody has looked at before the certificate does."""
+
+    def _check(self) -> None:
+        pass
+
+
 def closed(formula: Formula, period: float = TURN) -> Curve:
-    return Curve(formula, period=period, name="closed")
+    return Unchecked(formula, period=period, name="closed")
 
 
 def opened(formula: Formula, low: float, high: float) -> Curve:
-    return Curve(formula, domain=(low, high), name="opened")
+    return Unchecked(formula, domain=(low, high), name="opened")
 
 
 def placed(formula: Formula, rotation: np.ndarray, shift: np.ndarray) -> Formula:
@@ -83,6 +90,7 @@ class Harmonics:
     name = "harmonics"
     period = TURN
     domain = (0.0, TURN)
+    knots = np.empty(0)
 
     def __init__(self, count: int, seed: int, planar: bool) -> None:
         generator = np.random.default_rng(seed)

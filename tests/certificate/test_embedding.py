@@ -24,10 +24,10 @@ from gammastar import so3
 from gammastar.certificate.embedding import MOST_CELLS, Approach, closest_approach, newton_step
 from gammastar.certificate.motion import curvature
 from gammastar.certificate.pairs import cells
-from gammastar.certificate.sampling import sample
 from gammastar.certificate.search import extremes
 from gammastar.path import Path
 from gammastar.path import catalogue as paths
+from gammastar.path.sampling import sample
 
 
 def approach(path: Path) -> Approach | None:

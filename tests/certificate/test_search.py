@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from certificate.curves import TURN, opened
-from gammastar.certificate.sampling import Samples, sample
 from gammastar.certificate.search import Search, extremes, narrowed, negative_stretches
 from gammastar.path import catalogue as paths
+from gammastar.path.sampling import Samples, sample
 
 
 @pytest.fixture(scope="module")

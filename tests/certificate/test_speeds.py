@@ -8,11 +8,11 @@ from scipy.optimize import brentq
 
 from certificate.curves import QUAD, SATELLITE, TURN, Waypoints, closed, loop, opened, ring, trefoil
 from gammastar.certificate.motion import Progress, demands, unit_derivatives
-from gammastar.certificate.sampling import sample
 from gammastar.certificate.scan import Scan
 from gammastar.certificate.speeds import FLOOR, Limits, allowed_speeds, roots
 from gammastar.path import Path
 from gammastar.path import catalogue as paths
+from gammastar.path.sampling import sample
 from gammastar.vehicle import Vehicle
 from strategies import numbers, vectors
 

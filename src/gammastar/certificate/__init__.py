@@ -3,7 +3,7 @@
 from gammastar.certificate.certificate import Certificate, Check, Verdict
 from gammastar.certificate.certify import certify
 from gammastar.certificate.motion import Progress
-from gammastar.certificate.sampling import Place
 from gammastar.certificate.speeds import Limits
+from gammastar.path.sampling import Place
 
 __all__ = ["Certificate", "Check", "Limits", "Place", "Progress", "Verdict", "certify"]

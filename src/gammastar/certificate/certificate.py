@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gammastar.certificate.motion import Progress
-from gammastar.certificate.sampling import Place
 from gammastar.errors import UnknownNameError
+from gammastar.path.sampling import Place
 
 
 class Verdict(StrEnum):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -20,14 +19,14 @@ from gammastar.certificate.motion import (
     torque_is_exact,
     unit_derivatives,
 )
-from gammastar.certificate.sampling import Place, Samples, sample
 from gammastar.certificate.scan import Interval
 from gammastar.certificate.search import Extreme, Quantity, extremes, negative_stretches
-from gammastar.certificate.smoothness import jumps
 from gammastar.certificate.speeds import Limits, allowed_speeds
 from gammastar.checks import number
 from gammastar.errors import UnknownNameError
 from gammastar.path import Path
+from gammastar.path.sampling import Place, Samples, sample
+from gammastar.path.smoothness import ORDERS, jumping, jumps
 from gammastar.vehicle import Vehicle
 
 STANDSTILL = 1e-6  # of the mean |sigma'|: a smaller one counts as zero
@@ -95,9 +94,8 @@ def certify(
             samples, margin = _flight(vehicle, samples, abs(speed), progress, limits, metres, findings)
         else:
             findings.skip(*GEOMETRY, *(row[0] for row in DEMANDS), "largest speed")
-    named: Any = path
     return Certificate(
-        getattr(named, "name", "path"),
+        path.name,
         not findings.reasons,
         tuple(findings.reasons),
         tuple(findings.checks),
@@ -128,7 +126,7 @@ def _class_of(samples: Samples, findings: _Findings) -> bool:
     found = jumps(samples)
     places = samples.places(np.array([jump.parameter for jump in found]))
     if found:
-        findings.reasons.append(wording.jumping(found, places))
+        findings.reasons.append(jumping("the path", found, places))
     lowest = min(found, key=lambda jump: jump.order, default=None)
     findings.checks.append(
         Check(
@@ -137,9 +135,7 @@ def _class_of(samples: Samples, findings: _Findings) -> bool:
             "",
             Verdict.FAILS if found else Verdict.OK,
             places[found.index(lowest)] if lowest else None,
-            note=f"{wording.ORDERS[lowest.order]} is not continuous"
-            if lowest
-            else wording.resolution(samples.unresolved),
+            note=f"{ORDERS[lowest.order]} is not continuous" if lowest else wording.resolution(samples.unresolved),
         )
     )
     note = f"error about {samples.length_error:.1g} m"

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gammastar.certificate.pairs import CELLS, cells, critical_cells, end_pairs, near_critical_cells
-from gammastar.certificate.sampling import Samples
+from gammastar.path.sampling import Samples
 
 MOST_CELLS = 3000  # of the search among all pairs; beyond, only pairs that narrow the tube are searched with all cells
 CANDIDATES = 64  # pairs that Newton steps refine in one round

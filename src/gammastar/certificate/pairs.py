@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gammastar.certificate.sampling import Samples
+from gammastar.path.sampling import Samples
 
 CELLS = 1500  # cells along the length of the curve, more where it turns
 TURN = 0.15  # [rad] largest turn of the tangent over a cell

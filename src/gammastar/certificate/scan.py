@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gammastar.certificate.motion import Progress, demands, unit_derivatives
-from gammastar.certificate.sampling import Samples
 from gammastar.certificate.search import Search, brackets, narrowed
+from gammastar.path.sampling import Samples
 from gammastar.vehicle import Vehicle
 
 Interval = tuple[float, float]

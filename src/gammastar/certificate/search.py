@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gammastar.certificate.sampling import Samples
+from gammastar.path.sampling import Samples
 
 PIECES = 16  # into which a pass cuts each bracket
 PASSES = 9  # two pieces of 16 are kept: 8^9 = 1e8 in the place of an extreme, rounding in its value

@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from gammastar.certificate.motion import Progress, hover, unit_derivatives
-from gammastar.certificate.sampling import Samples
 from gammastar.certificate.scan import Interval, Scan, runs
 from gammastar.certificate.search import Quantity, Search, brackets, extremes, narrowed, neighbourhood
 from gammastar.checks import number
+from gammastar.path.sampling import Samples
 from gammastar.vehicle import Vehicle
 
 FLOOR = (

@@ -8,13 +8,11 @@ import numpy as np
 
 from gammastar.certificate.embedding import Approach
 from gammastar.certificate.motion import Progress
-from gammastar.certificate.sampling import Place
 from gammastar.certificate.scan import Interval
-from gammastar.certificate.smoothness import Jump
+from gammastar.path.sampling import Place
 
 DIGITS = 4  # of a recommended speed, rounded towards the safe side
 SHOWN = 3  # places or stretches that are named; the others are counted
-ORDERS = ("point", "first derivative", "second derivative", "third derivative", "fourth derivative", "fifth derivative")
 
 
 def irregular(place: Place) -> str:
@@ -22,22 +20,6 @@ def irregular(place: Place) -> str:
     return (
         f"the path must move on with its parameter everywhere (got zero speed of the parameterisation, such as a cusp, at {place}); "
         "round the place off, or change the parameterisation"
-    )
-
-
-def jumping(jumps: list[Jump], places: list[Place]) -> str:
-    """Return why a path that is not of class C^5 is refused."""
-    parts = []
-    for jump, place in list(zip(jumps, places, strict=True))[:SHOWN]:
-        what = f"a jump of the {ORDERS[jump.order]}"
-        if not math.isfinite(jump.size):
-            what = f"no finite {ORDERS[jump.order]}"
-        elif jump.order < 2:
-            what = ("a gap", "a corner")[jump.order]
-        parts.append(f"{what} at {place}" if jump.knot is None else f"{what} at knot {jump.knot}, {place}")
-    return (
-        f"the path must be five times continuously differentiable (got {'; '.join(parts)}{_more(len(jumps), 'place')}); "
-        "join the pieces more smoothly, or fly waypoints, which a smooth spline connects"
     )
 
 

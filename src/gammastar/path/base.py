@@ -49,6 +49,11 @@ class Path(ABC):
     components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
     data_size: int = 0  # numbers that the graph needs beside the parameter, such as the coefficients of a segment
 
+    @property
+    def knots(self) -> np.ndarray:
+        """Return the parameters (k,) at which the path's pieces join, as a spline's do; none where one formula holds."""
+        return np.empty(0)
+
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the path's data (data_size, n) at parameters (n,); a `place` is a parameter followed by its data."""
         return np.zeros((0, len(np.atleast_1d(parameters))))

@@ -17,6 +17,8 @@ from gammastar.errors import PathError
 from gammastar.path import bishop
 from gammastar.path.base import JET_ORDER, Path, PathOutputs, interval
 from gammastar.path.jet import Jet, outputs_from_jet, position_from_outputs
+from gammastar.path.regularity import check_regular, check_smooth
+from gammastar.path.smoothness import may_bend
 from gammastar.path.symbols import called, scalars
 from gammastar.taylor import Series
 
@@ -26,7 +28,6 @@ SEARCH_POINTS = 4096  # samples of the global search for the start
 SEARCH_CANDIDATES = 64  # local minima of the sample that are polished
 SEARCH_STEPS = 20  # Newton steps of each
 SEARCH_DOUBLINGS = 24  # of the half-width of the search on an open curve
-REGULARITY_POINTS = 512  # samples of the check at construction; `certify` looks closer
 
 
 class ParametricPath(Path):
@@ -151,42 +152,14 @@ class ParametricPath(Path):
         tangent = first / speed
         return tangent, (second - tangent * (tangent @ second)) / speed
 
-    def _check_regular(self) -> None:
-        grid = np.linspace(*self.domain, REGULARITY_POINTS)
-        jets = self.jets(grid, 2)
-        speeds = np.linalg.norm(jets[:, 1], axis=1)
-        bad = ~np.isfinite(jets).all(axis=(1, 2))
-        if bad.any():
-            raise PathError(
-                f"{self.name} must be finite (got NaN or infinity at parameter {grid[bad.argmax()]:.4g}); "
-                "check its numbers"
-            )
-        if speeds.min() <= 1e-9 * max(1.0, speeds.max()):
-            raise PathError(
-                f"{self.name} must be regular (got zero speed at parameter {grid[speeds.argmin()]:.4g}); "
-                "give it a size, or another parameterisation"
-            )
-        if self.plane_normal is not None:
-            leaving = np.abs(jets[:, 1] @ np.asarray(self.plane_normal)) / speeds
-            if leaving.max() > 1e-9:
-                raise PathError(
-                    f"{self.name} must lie in the plane of its plane_normal (got a tangent out of it at parameter "
-                    f"{grid[leaving.argmax()]:.4g}); leave plane_normal out"
-                )
-        if self.period is not None:
-            gap = float(np.linalg.norm(jets[0, 0] - jets[-1, 0]))
-            if gap > 1e-9 * float(np.ptp(jets[:, 0], axis=0).max()):
-                raise PathError(
-                    f"{self.name} must close after its period (got a gap of {gap:.3g} m); correct the period"
-                )
-
 
 @dataclass(frozen=True, eq=False)
 class Curve(ParametricPath):
     """A regular curve of class C^5 given by a formula.
 
     Raises:
-        PathError: The formula is not three scalars, cannot be differentiated, is not finite, or stands still somewhere.
+        PathError: The formula is not three scalars, cannot be differentiated, is not finite, stands still or is not of class
+            C^5 somewhere in its domain; with the place.
     """
 
     point: Callable[[Any], Any]  # graph: parameter SX -> three scalars [m], world; any CasADi expression
@@ -202,7 +175,11 @@ class Curve(ParametricPath):
         object.__setattr__(self, "domain", interval(self.domain, self.name))
         if self.plane_normal is not None:
             object.__setattr__(self, "plane_normal", tuple(direction(self.plane_normal, "plane_normal")))
-        self._check_regular()
+        self._check()
+
+    def _check(self) -> None:
+        check_regular(self)
+        check_smooth(self, may_bend(self._point_function))
 
     def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
         """Graph: return (sigma, sigma', ..., sigma^(order)), SX (3,) each, by pushing a series through the formula."""

@@ -18,6 +18,8 @@ from gammastar.checks import array, number
 from gammastar.errors import PathError
 from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs, interval
 from gammastar.path.course import Course
+from gammastar.path.regularity import check_smooth
+from gammastar.path.smoothness import has_switches
 from gammastar.path.symbols import called, scalars
 from gammastar.path.tracing import inverted
 from gammastar.taylor import Series
@@ -68,6 +70,7 @@ class ImplicitPath(Path):
                 f"{self._seed_point.round(6).tolist()}); choose functions with nonzero independent gradients"
             )
         self._course.check()
+        check_smooth(self, has_switches(self._functions))
 
     def outputs(self, position: Series, place: Any) -> PathOutputs:
         """Graph: return the outputs along a position series; pi continues the parameter, whole periods included."""

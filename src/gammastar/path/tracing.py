@@ -27,6 +27,7 @@ FIRST_STEPS = 64  # that the domain is worth, at least: what is shorter and leav
 FARTHER = 32  # beyond the domain steps may be as long as the distance to it over this
 STALLED = 1e-12  # of a first step: a trace that is down to this has ended
 AHEAD = 1e-6  # of the length of the path traced so far: from there its end is looked at
+FAR = 10.0  # of the way to look ahead: the path is found no nearer than that beyond a gap
 JUMP = 1e-3  # relative to the change of pi that its gradient foretells on this way
 
 
@@ -103,7 +104,8 @@ class Trace:
         at, point = (parameters[0], points[0]) if sense < 0 else (parameters[-1], points[-1])
         place = (np.round(point, 6) + 0.0).tolist()
         length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum() + np.linalg.norm(point - self.seed)
-        values, ahead = self._beyond(point, sense, AHEAD * max(length, 1e-300))
+        way = AHEAD * max(length, self.width * 1e-3)
+        values, ahead = self._beyond(point, sense, way)
         expected = float(np.linalg.norm(ahead - point)) * self._slope(point)
         change = float(values[2]) - at
         if self.period is not None:
@@ -118,6 +120,11 @@ class Trace:
                 f"pi of {self.name} must be continuous along the path (got a jump from {at:.6g} to {values[2]:.6g} at {place}); "
                 f"{remedy}"
             )
+        if np.linalg.norm(ahead - point) > FAR * way or self._turned(point, ahead):
+            return (
+                f"{self.name} must be smooth (got a corner or a gap at {place}, where pi is {at:.6g}); "
+                "join s1 and s2 more smoothly, or end the domain before"
+            )
         side = "below" if sense < 0 else "beyond"
         return (
             f"pi of {self.name} must grow along the path as far as {wanted:.6g} (got nothing {side} {at:.6g}, at {place}); "
@@ -126,6 +133,15 @@ class Trace:
 
     def _slope(self, point: np.ndarray) -> float:
         return float(np.linalg.norm(np.array(self.system(point)[1])[2]))
+
+    def _turned(self, point: np.ndarray, ahead: np.ndarray) -> bool:
+        """Return whether the path runs another way at two places near each other, as at a corner."""
+        tangents = []
+        for place in (point, ahead):
+            rows = np.array(self.system(place)[1])
+            across = np.cross(rows[0], rows[1])
+            tangents.append(across / np.linalg.norm(across))
+        return bool(abs(tangents[0] @ tangents[1]) < SAME_WAY)
 
     def _beyond(self, point: np.ndarray, sense: int, way: float) -> tuple[np.ndarray, np.ndarray]:
         """Return (s1, s2, pi) and the point of the path a little farther on, whatever pi does in between."""

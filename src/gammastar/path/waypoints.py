@@ -18,6 +18,7 @@ from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
 from gammastar.path.interpolation import interpolated
 from gammastar.path.jet import Jet
+from gammastar.path.regularity import check_regular
 from gammastar.path.spline import Spline
 
 POWERS = 8  # coefficients of a polynomial of degree seven
@@ -37,7 +38,7 @@ class WaypointPath(ParametricPath):
         low, high = float(self.spline.knots[0]), float(self.spline.knots[-1])
         object.__setattr__(self, "domain", (low, high))
         object.__setattr__(self, "period", high - low if self.spline.closed else None)
-        self._check_regular()
+        check_regular(self)
 
     @property
     def knots(self) -> np.ndarray:

@@ -6,18 +6,50 @@ every derivative shrinks with the step; where derivative k jumps it stays, howev
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 
-from gammastar.certificate.sampling import Samples, knots, taylor_residuals
 from gammastar.path.base import JET_ORDER
+from gammastar.path.sampling import Place, Samples, taylor_residuals
 
 JUMP = 1e-7  # relative to the largest value of the derivative; rounding of a long spline's fifth derivative stays below
 LEFT = 1e-2  # part of the first residual that a jump keeps to the end; a derivative with infinite slope keeps less
 CANDIDATES = 48  # intervals that are narrowed for each derivative
 PIECES = 8  # into which a pass cuts each interval
 PASSES = 16  # two pieces of 8 are kept: 4^16 = 4e9 in the place
+SHOWN = 3  # places that are named; the others are counted
+ORDERS = ("point", "first derivative", "second derivative", "third derivative", "fourth derivative", "fifth derivative")
+SMOOTH = {  # operations of a graph that have all derivatives everywhere
+    ca.OP_INPUT,
+    ca.OP_CONST,
+    ca.OP_ASSIGN,
+    ca.OP_NEG,
+    ca.OP_ADD,
+    ca.OP_SUB,
+    ca.OP_MUL,
+    ca.OP_SQ,
+    ca.OP_TWICE,
+    ca.OP_SIN,
+    ca.OP_COS,
+    ca.OP_EXP,
+    ca.OP_ATAN,
+    ca.OP_SINH,
+    ca.OP_COSH,
+    ca.OP_TANH,
+}
+SWITCHES = {  # operations that take another formula beyond some place
+    ca.OP_FABS,
+    ca.OP_FMIN,
+    ca.OP_FMAX,
+    ca.OP_LT,
+    ca.OP_LE,
+    ca.OP_EQ,
+    ca.OP_NE,
+    ca.OP_IF_ELSE_ZERO,
+}
 SAME_PLACE = 1e-6  # of the domain: jumps closer than this are one
 
 
@@ -33,8 +65,59 @@ class Jump(NamedTuple):
 def jumps(samples: Samples) -> list[Jump]:
     """Return every jump found in the point and its first five derivatives, by place, the lowest order at each."""
     found = [(float(p), _first_broken(samples.path.jets(np.array([p]))[0]), float("inf")) for p in samples.broken]
-    found += _seam(samples) + _inside(samples)
-    declared = knots(samples.path)
+    return _merged(samples, found + _seam(samples) + _inside(samples))
+
+
+def jump_at_seam(samples: Samples) -> list[Jump]:
+    """Return the jump where a closed path comes back to its start, if there is one."""
+    return _merged(samples, _seam(samples))
+
+
+def jumping(name: str, jumps: list[Jump], places: list[Place]) -> str:
+    """Return why a path that is not of class C^5 is refused."""
+    parts = []
+    for jump, place in list(zip(jumps, places, strict=True))[:SHOWN]:
+        what = f"a jump of the {ORDERS[jump.order]}"
+        if not math.isfinite(jump.size):
+            what = f"no finite {ORDERS[jump.order]}"
+        elif jump.order < 2:
+            what = ("a gap", "a corner")[jump.order]
+        parts.append(f"{what} at {place}" if jump.knot is None else f"{what} at knot {jump.knot}, {place}")
+    left = len(jumps) - SHOWN
+    more = f" and {left} more place{'s' if left > 1 else ''}" if left > 0 else ""
+    return (
+        f"{name} must be five times continuously differentiable (got {'; '.join(parts)}{more}); "
+        "join the pieces more smoothly, or fly waypoints, which a smooth spline connects"
+    )
+
+
+def may_bend(function: Any) -> bool:
+    """Return whether a graph holds an operation that is not smooth everywhere, such as abs, a quotient or a root."""
+    constant: dict[int, float | None] = {}  # what each register holds, if it is a number
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        reads, writes = function.instruction_input(k), function.instruction_output(k)
+        values = [constant.get(register) for register in reads]
+        if operation == ca.OP_OUTPUT:
+            continue
+        divisor = exponent = values[-1] if values else None
+        is_smooth = operation in SMOOTH or (operation == ca.OP_DIV and divisor is not None)
+        if operation in {ca.OP_POW, ca.OP_CONSTPOW} and exponent is not None:
+            is_smooth = exponent >= 0 and exponent == int(exponent)
+        if not is_smooth:
+            return True
+        constant[writes[0]] = function.instruction_constant(k) if operation == ca.OP_CONST else None
+    return False
+
+
+def has_switches(function: Any) -> bool:
+    """Return whether a graph holds an operation that takes another formula beyond some place, such as abs or if_else."""
+    return any(function.instruction_id(k) in SWITCHES for k in range(function.n_instructions()))
+
+
+def _merged(samples: Samples, found: list[tuple[float, int, float]]) -> list[Jump]:
+    """Return one jump for each place, of the lowest order found there, by place."""
+    declared = samples.path.knots
     result: list[Jump] = []
     for parameter, order, size in sorted(found, key=lambda each: each[1]):
         if all(_separation(samples, parameter, other.parameter) > SAME_PLACE * samples.span for other in result):
@@ -95,7 +178,7 @@ def _suspects(samples: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     step = np.diff(samples.parameters)
     residuals = taylor_residuals(samples.parameters, samples.jets)
     sizes = np.linalg.norm(residuals, axis=2)
-    at_knots = np.searchsorted(samples.parameters, knots(samples.path))
+    at_knots = np.searchsorted(samples.parameters, samples.path.knots)
     beside = np.unique(np.clip(np.concatenate([at_knots - 1, at_knots]), 0, len(step) - 1))
     intervals, orders = [], []
     for order in range(JET_ORDER + 1):

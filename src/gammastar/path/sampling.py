@@ -1,4 +1,4 @@
-"""A path in samples that resolve it: jets at parameters dense enough for every quantity of the certificate.
+"""A path in samples that resolve it: jets at parameters dense enough for every question asked of them.
 
 The jet at one sample predicts, by its Taylor polynomial, the jet at the next; where the prediction is poor the interval
 is halved.  What is narrower than an interval of the first grid *and* leaves no trace in the jets beside it is not seen:
@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from gammastar.errors import PathError
-from gammastar.path import Path
-from gammastar.path.base import JET_ORDER
+from gammastar.path.base import JET_ORDER, Path
 
 INTERVALS = 4096  # of the first grid
 MOST_SAMPLES = 100_000
@@ -156,9 +155,7 @@ def sample(path: Path) -> Samples:
     Raises:
         PathError: Hardly any jet of the path is finite.
     """
-    source: Any = path
-    low, high = source.domain
-    inner = knots(path)
+    (low, high), inner = path.domain, path.knots
     nodes = np.union1d(np.linspace(low, high, INTERVALS + 1), inner[(inner > low) & (inner < high)])
     jets = path.jets(nodes)
     finite = np.isfinite(jets).all(axis=(1, 2))
@@ -174,11 +171,6 @@ def sample(path: Path) -> Samples:
             break
         samples = samples.with_parameters((samples.parameters[:-1] + samples.parameters[1:])[poor] / 2)
     return samples
-
-
-def knots(path: Path) -> np.ndarray:
-    """Return the parameters (k,) at which a path declares that its pieces join, as a spline does; none for a formula."""
-    return np.asarray(getattr(path, "knots", ()), dtype=float).ravel()
 
 
 def taylor_residuals(parameters: np.ndarray, jets: np.ndarray) -> np.ndarray:

@@ -7,8 +7,8 @@ from scipy.integrate import quad
 from scipy.special import ellipe
 
 from certificate.curves import TURN, closed, opened, trefoil
-from gammastar.certificate.sampling import INTERVALS, LONGEST, sample, taylor_residuals
 from gammastar.path import catalogue as paths
+from gammastar.path.sampling import INTERVALS, LONGEST, sample, taylor_residuals
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.0, 1.0), (5.0, 5.0), (1000.0, 1.0)])
