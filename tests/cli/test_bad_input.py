@@ -186,7 +186,7 @@ FILES: dict[str, tuple[bytes, tuple[str, ...]]] = {
     "UTF-16": ("title = 'a'".encode("utf-16"), ("UTF-8", "save it")),
     "deep nesting": (b"a = " + b"[" * 100_000, ("TOML", "nested too deeply")),
     "endless number": (b"a = " + b"1" * 10_000, ("TOML", "correct")),
-    "far too long": (b"#" * 2_000_000, ("bytes", "right file")),
+    "far too long": (b"#" * 11_000_000, ("bytes", "right file")),
 }
 COMMANDS = {
     "unknown mission": (["fly", "upside-dwn"], ("upside-dwn", 'did you mean "upside-down"')),

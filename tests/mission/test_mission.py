@@ -16,7 +16,9 @@ from gammastar.flight import SensorNoise
 from gammastar.flight.sensors import CHANNELS
 from gammastar.law.design import CHAINS, DEFAULT_POLES
 from gammastar.mission import Mission, load, names, parse, value
-from gammastar.mission.sections import PATHS, REFERENCES, YAW_OUTPUTS, NoiseSection
+from gammastar.mission.paths import CATALOGUE
+from gammastar.mission.sections import REFERENCES, YAW_OUTPUTS
+from gammastar.mission.truth import NoiseSection
 from gammastar.path import Path as AnyPath
 from gammastar.path import catalogue
 from gammastar.vehicle import Vehicle
@@ -37,8 +39,8 @@ def mission(**changes: Any) -> Mission:
 
 
 def test_paths_have_the_names_of_their_factories() -> None:
-    assert {name: section.factory() for name, section in PATHS.items()} == {
-        name: getattr(catalogue, name) for name in PATHS
+    assert {name: section.factory() for name, section in CATALOGUE.items()} == {
+        name: getattr(catalogue, name) for name in catalogue.__all__
     }
 
 
@@ -77,7 +79,7 @@ def test_a_resolved_mission_lists_the_chains_its_path_has() -> None:
 CHANGES: dict[str, dict[str, Any]] = {
     "as it is": {},
     "every section": {
-        "title": 'quotes " and \\ and\nlines',
+        "title": 'quotes " and \\ and = [ é',
         "frame": "enu",
         "vehicle.inertia": [[0.004, 1e-4, 0], [1e-4, 0.004, 0], [0, 0, 0.007]],
         "vehicle.bias_torque": 1e-3,
@@ -96,6 +98,12 @@ CHANGES: dict[str, dict[str, Any]] = {
     "implicit": {"path.kind": "implicit", "controller.poles": {"transverse_2": [-3, -3.1, -3.2, -3.3]}},
     "stop": {"reference": {"kind": "stop", "speed": -1, "coordinate": 2, "braking_time": 1, "laps": 1}},
     "point": {"reference": {"kind": "point", "coordinate": 1}},
+    "approach": {"approach": {}},
+    "approach with a floor": {"approach": {"speed": 1, "thrust_floor": 0.5, "leave": 0.2, "enter": 0.5}},
+    "along": {"heading": {"kind": "along", "gain": 3}},
+    "azimuth": {"heading": {"kind": "azimuth"}, "frame": "enu"},
+    "towards": {"heading": {"kind": "towards", "point": [1, 2, 3]}, "frame": "enu"},
+    "legs": {"reference": {"kind": "legs", "legs": [{"speed": 1, "to": 2, "hold": 1}, {"speed": -1}]}},
     "third": {"vehicle.mass": 1 / 3, "start.thrust": 2 / 3},
 }
 
@@ -111,6 +119,68 @@ def test_a_resolved_mission_is_equal_and_flies_the_same_bytes(case: str) -> None
     assert one.state.tobytes() == two.state.tobytes()
     assert one.input.tobytes() == two.input.tobytes()
     assert str(one.summary()) == str(two.summary())
+
+
+def test_an_approach_is_on_when_its_section_is_there() -> None:
+    assert mission().law().approach is None
+    assert mission(approach={}).law().approach == laws.Approach()
+    assert mission(approach__speed=1).law().approach == laws.Approach(speed=1)
+    assert mission(start__position=[0, 0, 0], approach={}).fly().waiting[0]
+
+
+def test_a_written_approach_has_its_thrust_floor() -> None:
+    """5 % of the weight, as the thrust of the start is the weight; it follows a changed mass."""
+    assert mission(approach={}).values()["approach"]["thrust_floor"] == pytest.approx(0.05 * 0.5 * 9.80665)
+    heavier = mission(approach={}).with_values({"vehicle.mass": 1})
+    assert heavier.values()["approach"]["thrust_floor"] == pytest.approx(0.05 * 9.80665)
+
+
+@pytest.mark.parametrize(
+    ("section", "expected"),
+    [
+        ({"kind": "along", "gain": 3}, laws.Along(gain=3)),
+        ({"kind": "azimuth"}, laws.Azimuth()),
+        ({"kind": "towards", "point": [1, 2, 3]}, laws.Towards(point=(1, 2, 3))),
+    ],
+)
+def test_a_heading_is_that_of_the_library(section: dict[str, Any], expected: Any) -> None:
+    flown = mission(heading=section).fly()
+    assert type(flown.yaw_reference) is type(expected)
+    assert all(np.array_equal(value, getattr(expected, key)) for key, value in vars(flown.yaw_reference).items())
+
+
+def test_a_heading_and_a_yaw_reference_exclude_each_other() -> None:
+    assert mission(heading={"kind": "along"}, controller__yaw_reference=0).fly().completed
+    with pytest.raises(MissionError, match=r"\[heading\] must stand alone \(got yaw_reference = 0.2") as caught:
+        mission(heading={"kind": "along"}, controller__yaw_reference=0.2)
+    assert caught.value.where == "controller.yaw_reference"
+
+
+NOT_FLOWN: dict[str, tuple[dict[str, Any], str]] = {
+    "unknown heading": ({"heading": {"kind": "alon"}}, r'\[heading\] kind must be one of .*did you mean "along"'),
+    "flag for a heading": ({"heading": {"kind": True}}, r"\[heading\] kind must be one of .*\(got true\)"),
+    "no kind": ({"heading": {}}, r'\[heading\] must have the key "kind"'),
+    "no gain": ({"heading": {"kind": "along", "gain": 0}}, r"\[heading\] heading gain .* greater than 0"),
+    "no direction": ({"heading": {"kind": "azimuth", "direction": [0, 0, 0]}}, r"\[heading\] heading direction"),
+    "no point": ({"heading": {"kind": "towards"}}, r'\[heading\] must have the key "point"'),
+    "other heading's key": ({"heading": {"kind": "along", "point": [0, 0, 0]}}, r'unknown key "point" in \[heading\]'),
+    "no speed": ({"approach": {"speed": 0}}, r"\[approach\] approach speed"),
+    "margins crossed": ({"approach": {"leave": 0.9}}, r"\[approach\] margins"),
+    "flag for an approach": ({"approach": True}, r"\[approach\] must be a table of keys \(got true\)"),
+    "implicit path": (
+        {"approach": {}, "path.kind": "implicit"},
+        r"\[approach\] an approach from anywhere needs a curve",
+    ),
+    "no weight": ({"approach": {}, "vehicle.gravity": 0, "start.thrust": 1}, r"\[approach\] .*thrust floor"),
+}
+
+
+@pytest.mark.parametrize("case", NOT_FLOWN)
+def test_a_bad_section_is_refused_in_one_sentence(case: str) -> None:
+    changes, message = NOT_FLOWN[case]
+    with pytest.raises(GammastarError, match=message) as caught:
+        Mission.from_values(SHORT).with_values(changes)
+    assert "\n" not in str(caught.value)
 
 
 def test_missions_that_differ_are_not_equal() -> None:
@@ -280,10 +350,11 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
     assert caught.value.known == names()
 
 
-@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("name", CATALOGUE)
 def test_every_path_is_flown_with_its_defaults(name: str) -> None:
     """Guards that a signature alone is enough to read, build and write a section."""
-    flown = mission(path={"name": name}, start__position=[1.2, 0.1, 0.2])
+    more = {"coefficients": [[0, 1], [0, 0, 1], [1]]} if name == "polynomial" else {}
+    flown = mission(path={"name": name, **more}, start__position=[1.2, 0.1, 0.2])
     assert isinstance(flown.law().path, AnyPath)
     assert flown.fly().completed
 

@@ -12,7 +12,7 @@ from gammastar import so3
 from gammastar.flight import FlightRecord
 from gammastar.frames import REVERSAL
 from gammastar.mission import Mission, load
-from gammastar.mission.sections import PATHS as SECTIONS
+from gammastar.mission.paths import CATALOGUE as SECTIONS
 from gammastar.mission.turn import VECTORS, record_columns
 
 ATTITUDE = so3.yaw(50) @ so3.pitch(-30) @ so3.roll(20)
@@ -52,12 +52,15 @@ PATHS: dict[str, dict[str, Any]] = {
 }
 
 
+NO_VECTORS = ("semi_axes", "amplitudes", "frequencies", "phases", "coefficients", "domain")
+
+
 def test_every_argument_of_a_path_is_judged() -> None:
     """An argument of several numbers either turns with the frame or is known not to be a vector of space."""
     for name, section in SECTIONS.items():
         parameters = inspect.signature(section.factory(), eval_str=True).parameters
         lists = {key for key, parameter in parameters.items() if parameter.annotation == ArrayLike}
-        assert lists <= {*VECTORS, "semi_axes"}, name
+        assert lists <= {*VECTORS, *NO_VECTORS}, name
 
 
 def reverse(vector: Any) -> list[float]:
@@ -80,12 +83,27 @@ def in_enu(values: dict[str, Any]) -> dict[str, Any]:
     if "heading" in path:  # from the first axis towards the second, which points the other way
         path["heading"] *= -1
     controller = values["controller"] | {"yaw_reference": -values["controller"]["yaw_reference"]}
-    return values | {"frame": "enu", "vehicle": vehicle, "start": start, "path": path, "controller": controller}
+    changed = {"frame": "enu", "vehicle": vehicle, "start": start, "path": path, "controller": controller}
+    if "heading" in values:
+        changed["heading"] = {key: reverse(item) if key in VECTORS else item for key, item in values["heading"].items()}
+    return values | changed
 
 
-@pytest.mark.parametrize("name", PATHS)
+HEADINGS: dict[str, dict[str, Any]] = {
+    "along": {"kind": "along"},
+    "azimuth": {"kind": "azimuth", "direction": [1.0, 2.0, 0.5]},
+    "towards": {"kind": "towards", "point": [0.5, 1.0, -1.0]},
+}
+SECTIONS_BESIDE: dict[str, dict[str, Any]] = {
+    **{name: {"path": path} for name, path in PATHS.items()},
+    **{name: {"heading": heading, "controller": {"yaw_reference": 0.0}} for name, heading in HEADINGS.items()},
+    "approach": {"approach": {"speed": 0.5}},
+}
+
+
+@pytest.mark.parametrize("name", SECTIONS_BESIDE)
 def test_the_same_physical_mission_flies_the_same_in_both_frames(name: str) -> None:
-    values = NED | {"path": PATHS[name]}
+    values = NED | {"path": PATHS["circle"]} | SECTIONS_BESIDE[name]
     down, up = Mission.from_values(values).fly(), Mission.from_values(in_enu(values)).fly()
     assert down.completed
     assert np.abs(up.state - down.state).max() < 1e-9

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import datetime
+import json
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -28,7 +30,7 @@ class UnknownKeyError(InputError):
         """Return the complaint, with the nearest known key or with all of them."""
         where = f" in {section}" if section else ""
         hint = suggestion(self.name, self.known) or f"; known are {', '.join(self.known)}"
-        return f'unknown key "{self.name}"{where}{hint}'
+        return f"unknown key {shown(self.name)}{where}{hint}"
 
 
 def complaint(error: ValidationError) -> MissionError:
@@ -45,15 +47,32 @@ def within(place: str) -> Iterator[None]:
     try:
         yield
     except GammastarError as error:
-        error.args = (f"{place} {error}", *error.args[1:])
+        if not (place.startswith("[") and str(error).startswith("[")):  # one section is enough, the one it came from
+            error.args = (f"{place} {error}", *error.args[1:])
         raise
 
 
 def shown(value: Any) -> str:
-    """Return a refused value as it looks in the file, cut when it is long."""
-    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else repr(value)
-    text = " ".join(text.split())
+    """Return a refused value as TOML writes it, cut when it is long; what TOML has no form for is named by its type."""
+    text = _written(value)
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, str):
+        head = value[: LONGEST_SHOWN + 1]
+        return json.dumps(head, ensure_ascii=not head.isprintable())
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value) if abs(value) < 10**LONGEST_SHOWN else "a whole number of more than 60 digits"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_written(item) for item in value[:LONGEST_SHOWN])}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key} = {_written(item)}' for key, item in list(value.items())[:LONGEST_SHOWN])}}}"
+    if isinstance(value, (float, datetime.date, datetime.time)):
+        return str(value)
+    return f"a {type(value).__name__}"
 
 
 def _sentence(finding: Any) -> tuple[str, str]:

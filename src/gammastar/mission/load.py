@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+import re
+import stat
 import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from gammastar.errors import MissionError, UnknownNameError
-from gammastar.mission.complaint import within
+from gammastar.mission.complaint import shown, within
 from gammastar.mission.mission import Mission
 
-LARGEST_FILE = 1_000_000  # [bytes]; a mission has a few thousand
+LARGEST_FILE = 10_000_000  # [bytes]; a mission has a few thousand, or thirty for each waypoint
+BARE_POINT = re.compile(r"[+-]?(\d+\.|\.\d+)")  # of a number that TOML wants a digit on both sides of
 
 
 def names() -> list[str]:
@@ -28,14 +31,16 @@ def load(name_or_path: str | os.PathLike[str]) -> Mission:
         MissionError: The file cannot be read, is not TOML, or has an unknown or missing key or a value of the wrong type.
         GammastarError: The numbers cannot be flown.
     """
+    if not isinstance(name_or_path, (str, os.PathLike)):
+        raise MissionError(f"a mission must be a name or the path of a file (got {shown(name_or_path)}); give its name")
     if isinstance(name_or_path, str) and name_or_path in names():
         return parse((_shelf() / f"{name_or_path}.toml").read_text(encoding="utf-8"))
     path = Path(name_or_path)
     looks_like_a_name = isinstance(name_or_path, str) and path.suffix != ".toml" and len(path.parts) == 1
-    if looks_like_a_name and not path.exists():
+    if looks_like_a_name and not os.path.exists(path):
         raise UnknownNameError("mission, unless it is a file,", name_or_path, names())
     with within(f"{path}:"):
-        return parse(_text(path))
+        return Mission.from_values(_anchored(_tables(_text(path)), path.absolute().parent))
 
 
 def parse(text: str) -> Mission:
@@ -44,7 +49,9 @@ def parse(text: str) -> Mission:
 
 
 def value(text: str) -> Any:
-    """Return a TOML value, or the text itself when it is none: 2.5, [0, 0, 1], true, and enu all mean what they look like."""
+    """Return a TOML value, or the text itself when it is none: 2.5, 2., [0, 0, 1], true, and enu all mean what they look like."""
+    if BARE_POINT.fullmatch(text):
+        return float(text)
     try:
         tables = _tables(f"value = {text}")
     except MissionError:
@@ -60,16 +67,24 @@ def _tables(text: str) -> dict[str, Any]:
         raise MissionError(f"a mission must be TOML (got: {cause}); correct it there") from error
 
 
+def _anchored(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tables of a file with the files that they name found beside it."""
+    path = tables.get("path")
+    if isinstance(path, dict) and isinstance(path.get("file"), str):
+        path["file"] = str(folder / path["file"])
+    return tables
+
+
 def _text(path: Path) -> str:
     """Return the text of a file, or raise `MissionError`."""
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        got = "a directory" if path.is_dir() else (error.strerror or str(error)).lower()
-        raise MissionError(
-            f"a mission must be a file that can be read (got: {got}); give the path of a TOML file"
-        ) from error
+        kind = path.stat().st_mode  # before opening it: a pipe would wait for its other end
+        got = "" if stat.S_ISREG(kind) else "a directory" if stat.S_ISDIR(kind) else "a pipe or device"
+        content = b"" if got else _beginning(path)
+    except (OSError, ValueError) as error:
+        got = ((error.strerror if isinstance(error, OSError) else None) or str(error)).lower()
+    if got:
+        raise MissionError(f"a mission must be a file that can be read (got: {got}); give the path of a TOML file")
     if len(content) > LARGEST_FILE:
         raise MissionError(f"a mission must have at most {LARGEST_FILE} bytes (got more); is this the right file?")
     try:
@@ -78,6 +93,11 @@ def _text(path: Path) -> str:
         raise MissionError(
             f"a mission must be text in UTF-8 (got byte {content[error.start]:#04x} at {error.start}); save it as UTF-8"
         ) from error
+
+
+def _beginning(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LARGEST_FILE + 1)
 
 
 def _shelf() -> Any:

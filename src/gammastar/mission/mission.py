@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import functools
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import tomli_w
 from pydantic import ValidationError
 
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, SensorNoise, fly
 from gammastar.flight.loop import interval_of
-from gammastar.law import AnyReference, Law, Legs, Point, design
+from gammastar.law import AnyReference, Approach, Heading, Law, Legs, Point, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import turn
-from gammastar.mission.complaint import complaint, shown, within
+from gammastar.mission.complaint import complaint, within
 from gammastar.mission.sections import YAW_OUTPUTS, MissionFile, StartSection
+from gammastar.mission.tables import plain, put, written
 from gammastar.vehicle import State, Vehicle
 
 
@@ -36,10 +35,11 @@ class Mission:
     file: MissionFile  # as written, in the mission's frame
 
     def __post_init__(self) -> None:
+        law, start = self._law, self._start
         with within("[start]"):
-            _, parameter = self._law.start_vector(self._start)
+            _, parameter = law.start_vector(start)
         with within("[reference]"):
-            self._reference.resolved(self._law.path, parameter)
+            self._reference.resolved(law.path, parameter)
         with within("[controller]"):
             interval_of(self.file.controller.feedback, self.file.flight.step, self.file.controller.rate)
         self._built()
@@ -53,7 +53,7 @@ class Mission:
             GammastarError: The numbers cannot be flown.
         """
         try:
-            file = MissionFile.model_validate(_plain(values))
+            file = MissionFile.model_validate(plain(values))
         except ValidationError as error:
             raise complaint(error) from None
         return cls(file)
@@ -63,9 +63,9 @@ class Mission:
 
         What the mission leaves open stays open: a start thrust that is the weight follows a changed mass.
         """
-        values = _plain(self.file.model_dump(exclude_unset=True))
+        values = plain(self.file.model_dump(exclude_unset=True))
         for key, value in changes.items():
-            _put(values, key, value)
+            put(values, key, value)
         return Mission.from_values(values)
 
     @property
@@ -111,15 +111,19 @@ class Mission:
             noise=self._noise,
             seed=flight.seed,
             yaw_reference=turn.yaw_in_ned(controller.yaw_reference, self.frame),
+            heading=self._heading,
             settled_within=flight.settled_within,
             progress=progress,
         )
 
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""
-        values: dict[str, Any] = _plain(self.file.model_dump(exclude_none=True))
+        values: dict[str, Any] = plain(self.file.model_dump(exclude_none=True) | {"path": self.file.path.written()})
         if not values["limits"]:
             del values["limits"]
+        approach = self._law.approach
+        if approach is not None:
+            values["approach"] = vars(approach) | {"thrust_floor": approach.floor(self._law.vehicle)}
         chains = [chain for chain in CHAINS if chain != "transverse_2" or self._law.path.components == 2]
         values["controller"]["poles"] = {
             chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in self._law.poles[chain]]
@@ -133,7 +137,7 @@ class Mission:
 
     def toml(self) -> str:
         """Return the mission as TOML with every default written out; loading it gives an equal mission and the same flight."""
-        return re.sub(r"(?<== )\[$.*?^\]$", _one_line, tomli_w.dumps(self.values()), flags=re.DOTALL | re.MULTILINE)
+        return written(self.values())
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mission) and self.values() == other.values()
@@ -142,11 +146,11 @@ class Mission:
         return hash(self.toml())
 
     def __reduce__(self) -> Any:
-        return Mission.from_values, (self.file.model_dump(exclude_unset=True),)
+        return Mission.from_values, (self.file.model_dump(exclude_unset=True) | {"path": self.file.path.written()},)
 
-    def _built(self) -> tuple[Vehicle, SensorNoise | None, Limits]:
+    def _built(self) -> tuple[Vehicle, Heading | None, SensorNoise | None, Limits]:
         """Return what nothing else above has asked for yet; building it is its check."""
-        return self._truth, self._noise, self._limits
+        return self._truth, self._heading, self._noise, self._limits
 
     @functools.cached_property
     def _law(self) -> Law:
@@ -154,9 +158,14 @@ class Mission:
         with within("[vehicle]"):
             vehicle = turn.vehicle_in_ned(Vehicle(**file.vehicle.arguments()), self.frame)
         with within("[path]"):
-            path = turn.path_in_ned(file.path.factory(), file.path.arguments(), self.frame)
+            path = file.path.path(self.frame)
         with within("[controller]"):
-            return design(vehicle, path, controller.design_poles(), YAW_OUTPUTS[controller.yaw_output])
+            arguments = vehicle, path, controller.design_poles(), YAW_OUTPUTS[controller.yaw_output]
+            law = design(*arguments)
+        if file.approach is None:
+            return law
+        with within("[approach]"):
+            return design(*arguments, approach=Approach(**file.approach.arguments()))
 
     @functools.cached_property
     def _start(self) -> State:
@@ -177,6 +186,21 @@ class Mission:
         with within("[reference]"):
             reference: AnyReference = self.file.reference.factory()(**self.file.reference.arguments())
             return reference
+
+    @functools.cached_property
+    def _heading(self) -> Heading | None:
+        section = self.file.heading
+        if section is None:
+            return None
+        if self.file.controller.yaw_reference != 0:
+            raise MissionError(
+                f"[heading] must stand alone (got yaw_reference = {self.file.controller.yaw_reference:g} in [controller] too); "
+                "leave one of them out",
+                "controller.yaw_reference",
+            )
+        with within("[heading]"):
+            heading: Heading = section.factory()(**turn.arguments_in_ned(section.arguments(), self.frame))
+            return heading
 
     @functools.cached_property
     def _truth(self) -> Vehicle:
@@ -206,29 +230,3 @@ def _asked_speed(reference: AnyReference) -> float:
     if isinstance(reference, Point):
         return 0.0
     return max((leg.speed for leg in reference.legs), key=abs) if isinstance(reference, Legs) else reference.speed
-
-
-def _put(values: dict[str, Any], key: str, value: Any) -> None:
-    """Set one value of nested dictionaries by its dotted key; sections that are not there yet are made."""
-    *sections, name = key.split(".")
-    table = values
-    for depth, section in enumerate(sections):
-        table = table.setdefault(section, {})
-        if not isinstance(table, dict):
-            whole = ".".join(sections[: depth + 1])
-            raise MissionError(f"{key} must lie in a table (got {whole} = {shown(table)}); set {whole} as a whole", key)
-    table[name] = value
-
-
-def _plain(value: Any) -> Any:
-    """Return nested values as dictionaries, lists and scalars; arrays of NumPy become lists."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return _plain(value.tolist()) if hasattr(value, "tolist") else value
-
-
-def _one_line(array: re.Match[str]) -> str:
-    """Return a TOML array on one line; our arrays hold numbers only."""
-    return re.sub(r",\]", "]", "".join(array[0].split())).replace(",", ", ")

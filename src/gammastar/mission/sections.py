@@ -1,29 +1,38 @@
 """The sections of a mission file, and what each of them builds; numbers are in the mission's frame, `turn` takes them to `ned`.
 
-[vehicle] takes the arguments of `Vehicle`, [path] those of its factory in `paths`, [reference] those of its class: their signatures
-are the format, and nothing is listed twice.
+[vehicle] takes the arguments of `Vehicle`, [reference], [heading], [approach] and [limits] those of their classes: their signatures are
+the format, and nothing is listed twice.  For [path] see `paths`.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, PlainValidator, SerializeAsAny, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainValidator,
+    SerializeAsAny,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from gammastar import checks, so3
 from gammastar.certificate import Limits
 from gammastar.errors import InputError
-from gammastar.flight import INTEGRATORS, SensorNoise, fly
+from gammastar.flight import INTEGRATORS, fly
 from gammastar.flight.loop import FEEDBACKS
-from gammastar.flight.sensors import density_preserving
 from gammastar.frames import FRAMES
-from gammastar.law import Leg, Legs, Point, Ramp, Speed, Stop, design
+from gammastar.law import Along, Approach, Azimuth, Leg, Legs, Point, Ramp, Speed, Stop, Towards, design
 from gammastar.law.design import CHAINS
-from gammastar.mission.complaint import SectionError, UnknownKeyError, shown, within
+from gammastar.mission import orientation
+from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
+from gammastar.mission.paths import PathSection, path_section
+from gammastar.mission.truth import NoiseSection, TruthSection
 from gammastar.mission.values import (
     Array,
     Construction,
@@ -39,21 +48,9 @@ from gammastar.mission.values import (
     one_of,
     section_of,
 )
-from gammastar.path import catalogue
 from gammastar.vehicle import Vehicle
 
-PATHS = {
-    factory.__name__: section_of(factory, name=factory.__name__)
-    for factory in (
-        catalogue.circle,
-        catalogue.ellipse,
-        catalogue.line,
-        catalogue.helix,
-        catalogue.loop,
-        catalogue.nonplanar_circle,
-    )
-}
-LegSection = section_of(Leg)
+LegSection = section_of(Leg, Construction)
 
 
 class LegsSection(Construction):
@@ -70,11 +67,19 @@ class LegsSection(Construction):
 
 
 REFERENCES: dict[str, type[Construction]] = {
-    **{kind.__name__.lower(): section_of(kind, kind=kind.__name__.lower()) for kind in (Speed, Ramp, Point, Stop)},
+    **{
+        kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
+        for kind in (Speed, Ramp, Point, Stop)
+    },
     "legs": LegsSection,
 }
-VehicleSection = section_of(Vehicle)
-LimitsSection = section_of(Limits)
+HEADINGS: dict[str, type[Construction]] = {
+    kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
+    for kind in (Along, Azimuth, Towards)
+}
+VehicleSection = section_of(Vehicle, Construction)
+ApproachSection = section_of(Approach, Construction)
+LimitsSection = section_of(Limits, Construction)
 
 
 def body_rate(yaw_rate: Any) -> Any:
@@ -82,6 +87,7 @@ def body_rate(yaw_rate: Any) -> Any:
     return yaw_rate
 
 
+LONGEST_TITLE = 200  # characters
 YAW_OUTPUTS: dict[str, Callable[[Any], Any]] = {"r": body_rate, "sinh": ca.sinh, "asinh": ca.asinh}
 """Smooth beta(r) of Eq. (14), all odd: where another frame turns the third axis round, their sign turns and nothing else."""
 
@@ -142,66 +148,7 @@ class StartSection(Section):
             return so3.from_quaternion(quaternion), abs(float(np.linalg.norm(quaternion)) - 1)
         if self.attitude is not None:
             return checks.array(self.attitude, "attitude", (3, 3)), 0.0
-        yaw, pitch, roll = (angle or 0.0 for angle in (self.yaw, self.pitch, self.roll))
-        return so3.yaw(yaw) @ so3.pitch(pitch) @ so3.roll(roll), 0.0
-
-
-class TruthSection(Section):
-    """How the vehicle that flies differs from the one that the law believes in."""
-
-    mass_scale: Positive = 1.0  # true mass over believed mass
-    inertia_scale: Array = 1.0  # true over believed, one number or one for each body axis
-
-    def vehicle(self, believed: Vehicle) -> Vehicle:
-        """Return the vehicle that flies, or the believed one itself when nothing differs.
-
-        Scales s of the body axes turn J into D J D with D = diag(sqrt(s)): moments are scaled, products stay consistent.
-        """
-        scale = np.broadcast_to(self.inertia_scale, 3) if np.ndim(self.inertia_scale) == 0 else self.inertia_scale
-        scales = checks.array(scale, "inertia_scale", (3,))
-        if np.any(scales <= 0):
-            raise InputError(
-                f"inertia_scale must be positive (got {scales.tolist()}); 1 leaves the inertia as believed"
-            )
-        if self.mass_scale == 1 and np.all(scales == 1):
-            return believed
-        root = np.sqrt(scales)
-        inertia = np.asarray(believed.inertia) * np.outer(root, root)
-        return dataclasses.replace(believed, mass=believed.mass * self.mass_scale, inertia=inertia)
-
-
-class ChannelSection(Section):
-    """The noise of one sensor."""
-
-    deviation: Array  # standard deviation, one number or one for each axis
-    rate: Array  # [Hz] at which the sensor gives independent samples of it, one number or one for each axis
-
-    def at(self, control_rate: float) -> list[float]:
-        """Return the deviations (3,) at the control rate that have the same power spectral density."""
-        deviations, rates = (
-            checks.array(np.broadcast_to(value, 3) if np.ndim(value) == 0 else value, name, (3,))
-            for name, value in (("deviation", self.deviation), ("rate [Hz]", self.rate))
-        )
-        return [density_preserving(s, f, control_rate) for s, f in zip(deviations, rates, strict=True)]
-
-
-class NoiseSection(Section):
-    """Sensor noise by channel: position [m] and velocity [m/s] in world axes, attitude [rad] and body rates [rad/s] in body axes."""
-
-    position: ChannelSection | None = None
-    velocity: ChannelSection | None = None
-    attitude: ChannelSection | None = None
-    angular_velocity: ChannelSection | None = None
-
-    def at(self, control_rate: float) -> SensorNoise:
-        """Return the noise per control interval."""
-        channels = {name: getattr(self, name) for name in type(self).model_fields}
-        noise = {}
-        for name, channel in channels.items():
-            if channel is not None:
-                with within(f"[noise.{name}]"):
-                    noise[name] = channel.at(control_rate)
-        return SensorNoise(**noise)
+        return orientation.from_angles(self.roll or 0.0, self.pitch or 0.0, self.yaw or 0.0), 0.0
 
 
 class FlightSection(Section):
@@ -214,15 +161,27 @@ class FlightSection(Section):
     settled_within: Positive = default_of(fly, "settled_within")  # [m] of the path
 
 
+def _title(value: str) -> str:
+    """Return a title as it is, if it fits into lists, the heads of files, and figures."""
+    if not value.isprintable() or len(value) > LONGEST_TITLE:
+        raise InputError(
+            f"title must be one printable line of at most {LONGEST_TITLE} characters (got {shown(value)}); shorten it, and "
+            "leave out line ends and control characters"
+        )
+    return value
+
+
 class MissionFile(Section):
     """A mission as it is written: every section, checked for structure and types."""
 
-    title: Text = ""
+    title: Annotated[Text, AfterValidator(_title)] = ""
     frame: Annotated[str, one_of(FRAMES)] = "ned"
     vehicle: SerializeAsAny[Construction]
-    path: SerializeAsAny[Construction]
+    path: SerializeAsAny[PathSection]
     controller: ControllerSection = Field(default_factory=ControllerSection)
+    approach: SerializeAsAny[Construction] | None = None
     reference: SerializeAsAny[Construction]
+    heading: SerializeAsAny[Construction] | None = None
     start: StartSection
     truth: TruthSection = Field(default_factory=TruthSection)
     noise: NoiseSection | None = None
@@ -236,8 +195,18 @@ class MissionFile(Section):
 
     @field_validator("path", mode="wrap")
     @classmethod
-    def _path(cls, value: Any, handler: Any) -> Construction:
-        return choose(value, "name", PATHS)
+    def _path(cls, value: Any, handler: Any) -> PathSection:
+        return path_section(value)
+
+    @field_validator("approach", mode="wrap")
+    @classmethod
+    def _approach(cls, value: Any, handler: Any) -> Construction:
+        return ApproachSection.model_validate(value)
+
+    @field_validator("heading", mode="wrap")
+    @classmethod
+    def _heading(cls, value: Any, handler: Any) -> Construction:
+        return choose(value, "kind", HEADINGS)
 
     @field_validator("limits", mode="wrap")
     @classmethod

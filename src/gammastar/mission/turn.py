@@ -15,11 +15,19 @@ from typing import Any
 import numpy as np
 
 from gammastar.flight import FlightRecord
-from gammastar.frames import convert_attitude, convert_vector
-from gammastar.path import Curve, Path
+from gammastar.frames import REVERSAL, convert_attitude, convert_vector
+from gammastar.path import Curve, Path, catalogue
+from gammastar.path.placement import Placement, placed
 from gammastar.vehicle import State, Vehicle
 
-VECTORS = ("center", "normal", "axis", "point", "along")  # arguments of paths that are points or directions in space
+VECTORS = (
+    "center",
+    "normal",
+    "axis",
+    "point",
+    "along",
+    "direction",
+)  # arguments that are points or directions in space
 
 
 def vehicle_in_ned(vehicle: Vehicle, frame: str) -> Vehicle:
@@ -35,17 +43,36 @@ def vehicle_in_ned(vehicle: Vehicle, frame: str) -> Vehicle:
 def path_in_ned(factory: Callable[..., Path], arguments: Mapping[str, Any], frame: str) -> Path:
     """Return the path of a factory whose arguments were given in `frame`.
 
-    Vectors of space turn; what is left needs a word each.  The heading of a loop runs from the first axis towards the second one,
-    which points the other way in `enu`; its lowest point stays the lowest.  The circle of varying height is a formula in the axes
-    of its frame, so the curve is turned as a whole.
+    Where vectors give a path they turn; the heading of a loop runs from the first axis towards the second one, which points the
+    other way in `enu`, and its lowest point stays the lowest.  Every other path is written in the axes of its frame and is turned as
+    a whole: what is knotted right-handed in one frame is in the other.  But upwards is upwards: what is made to rise rises.
     """
     if frame == "ned":
         return factory(**arguments)
-    turned = {name: convert_vector(value, frame) if name in VECTORS else value for name, value in arguments.items()}
-    if "heading" in turned:
-        turned["heading"] = -turned["heading"]
-    path = factory(**turned)
-    return _turned(path) if factory.__name__ == "nonplanar_circle" else path
+    if set(VECTORS) & set(arguments):
+        turned = arguments_in_ned(arguments, frame)
+        return factory(**(turned | {"heading": -turned["heading"]} if "heading" in turned else turned))
+    path: Any = factory(**arguments)
+    rises = factory is catalogue.spiral or arguments.get("kind") == "rising"
+    turned_whole: Path = _risen(path) if rises else placed(path, rotation=REVERSAL)
+    return turned_whole
+
+
+def arguments_in_ned(arguments: Mapping[str, Any], frame: str) -> dict[str, Any]:
+    """Return arguments with those that are points or directions in space turned."""
+    return {name: convert_vector(value, frame) if name in VECTORS else value for name, value in arguments.items()}
+
+
+def placement_in_ned(position: Any, rotation: Any, scale: float, frame: str) -> dict[str, Any]:
+    """Return the arguments of a placement given in `frame`."""
+    place = Placement(position, rotation, scale)
+    position, rotation = convert_vector(place.position, frame), convert_attitude(place.rotation, frame)
+    return {"position": position, "rotation": rotation, "scale": place.scale}
+
+
+def points_in_ned(points: Any, frame: str) -> np.ndarray:
+    """Return points (n, 3) [m] given in `frame`."""
+    return convert_vector(points, frame)
 
 
 def state_in_ned(position: Any, velocity: Any, attitude: Any, angular_velocity: Any, frame: str, **rest: Any) -> State:
@@ -75,14 +102,12 @@ def record_columns(record: FlightRecord, frame: str) -> dict[str, np.ndarray]:
     return dataclasses.replace(record, state=state, input=inputs, yaw_output=yaw).columns()
 
 
-def _turned(path: Path) -> Path:
-    """Return a curve whose formula was written in `enu`."""
-    assert isinstance(path, Curve)
+def _risen(path: Curve) -> Curve:
+    """Return a curve of `enu` whose formula has minus its altitude as third coordinate: S diag(1, 1, -1) = diag(1, -1, 1)."""
     formula = path.point
 
     def point(parameter: Any) -> Any:
         x, y, z = formula(parameter)
-        return x, -y, -z
+        return x, -y, z
 
-    normal = None if path.plane_normal is None else tuple(convert_vector(path.plane_normal, "enu"))
-    return dataclasses.replace(path, point=point, plane_normal=normal)
+    return dataclasses.replace(path, point=point)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import inspect
 import typing
 from collections.abc import Callable, Collection, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationInfo, create_model, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo, create_model, model_validator
 
 from gammastar import checks
 from gammastar.errors import InputError, UnknownNameError
-from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
+from gammastar.mission.complaint import LONGEST_SHOWN, SectionError, UnknownKeyError, shown
+
+LARGEST_INTEGER = 2**63 - 1  # of TOML
 
 
 class Section(BaseModel):
@@ -45,19 +47,25 @@ class Construction(Section):
         return {name: getattr(self, name) for name in parameters}
 
 
-def section_of(factory: Callable[..., Any], **tag: str) -> type[Construction]:
+Kind = TypeVar("Kind", bound=Construction)
+
+
+def section_of(factory: Callable[..., Any], base: type[Kind], **tag: str) -> type[Kind]:
     """Return the section whose keys, types and defaults are those of a function's or class's own signature.
 
     Args:
-        factory: Its parameters must be annotated with numbers, strings, literals or `ArrayLike`.
+        factory: Its parameters must be annotated with numbers, strings, literals, `ArrayLike`, or formulas.
+        base: Section that it becomes one of, with its keys beside.
         tag: One more key and its value, by which the section is chosen from several.
     """
     fields: dict[str, Any] = {key: (str, value) for key, value in tag.items()}
     for name, parameter in inspect.signature(factory, eval_str=True).parameters.items():
+        if name in tag:
+            continue
         default = ... if parameter.default is parameter.empty else parameter.default
-        fields[name] = (_value_type(parameter.annotation), default)
+        fields[name] = (_value_type(parameter.annotation), Field(default, validate_default=True))
 
-    class Arguments(Construction):
+    class Arguments(base):  # type: ignore[misc, valid-type]
         @classmethod
         def factory(cls) -> Callable[..., Any]:
             return factory
@@ -65,16 +73,15 @@ def section_of(factory: Callable[..., Any], **tag: str) -> type[Construction]:
     return create_model(f"{factory.__name__}_section", __base__=Arguments, **fields)
 
 
-def choose(values: Any, key: str, sections: Mapping[str, type[Construction]]) -> Construction:
+def choose(values: Any, key: str, sections: Mapping[str, type[Kind]]) -> Kind:
     """Return the section that a table asks for by the value of one key."""
     if isinstance(values, Construction):
-        return values
+        return values  # type: ignore[return-value]
     if not isinstance(values, Mapping) or key not in values:
         got = "no table" if not isinstance(values, Mapping) else "none"
         raise SectionError(f'must have the key "{key}", one of {", ".join(sorted(sections))} (got {got}); add it')
     if not isinstance(values[key], str) or values[key] not in sections:
-        name = values[key] if isinstance(values[key], str) else shown(values[key])
-        raise SectionError(str(UnknownNameError(key, name, sections)))
+        raise SectionError(str(_unknown(key, values[key], sections)))
     return sections[values[key]].model_validate(values)
 
 
@@ -96,6 +103,8 @@ def _integer(value: Any, info: ValidationInfo) -> int:
         raise InputError(
             f"{info.field_name} must be a whole number (got {shown(value)}); write it without a point or quotes"
         )
+    if not -LARGEST_INTEGER <= value <= LARGEST_INTEGER:
+        raise InputError(f"{info.field_name} must be at most {LARGEST_INTEGER} (got {shown(value)}); lower it")
     return value
 
 
@@ -109,6 +118,47 @@ def _text(value: Any, info: ValidationInfo) -> str:
     if not isinstance(value, str):
         raise InputError(f"{info.field_name} must be text (got {shown(value)}); put it in quotes")
     return value
+
+
+def _flag(value: Any, info: ValidationInfo) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(
+            f"{info.field_name} must be true or false (got {shown(value)}); write one of them, without quotes"
+        )
+    return value
+
+
+def _formula(value: Any, info: ValidationInfo) -> float | str:
+    if isinstance(value, str):
+        return value
+    expected = f"{info.field_name} must be a formula in quotes, or a number"
+    return checks.number(_plain_number(value, expected), str(info.field_name))
+
+
+def _formulas(value: Any, info: ValidationInfo) -> Any:
+    if not isinstance(value, (list, tuple)):
+        raise InputError(
+            f"{info.field_name} must be a list of numbers or formulas (got {shown(value)}); put it in brackets"
+        )
+    return tuple(_formula(item, info) for item in value)
+
+
+def _formula_table(value: Any, info: ValidationInfo) -> Any:
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f"{info.field_name} must be a table of names with values (got {shown(value)}); write it as one"
+        )
+    return {name: _formula(item, info) for name, item in value.items()}
+
+
+def _rows(value: Any, info: ValidationInfo) -> Any:
+    """Return points as tuples; where one is no point the message says which."""
+    if not isinstance(value, (list, tuple)):
+        raise InputError(f"{info.field_name} must be a list of points (got {shown(value)}); write [[x, y, z], ...]")
+    for k, row in enumerate(value):
+        if not isinstance(row, (list, tuple)) or len(row) != 3:
+            raise InputError(f"{info.field_name}[{k}] must be three numbers (got {shown(row)}); write [x, y, z]")
+    return nested(value, info, depth=2)
 
 
 def _array(value: Any, info: ValidationInfo) -> Any:
@@ -141,10 +191,17 @@ def one_of(known: Collection[str]) -> PlainValidator:
 
     def check(value: Any, info: ValidationInfo) -> str:
         if not isinstance(value, str) or value not in known:
-            raise UnknownNameError(str(info.field_name), value, known)
+            raise _unknown(str(info.field_name), value, known)
         return value
 
     return PlainValidator(check)
+
+
+def _unknown(name: str, value: Any, known: Collection[str]) -> InputError:
+    """Return the complaint about a value that is not among the known names."""
+    if isinstance(value, str):
+        return UnknownNameError(name, value[:LONGEST_SHOWN], known)
+    return InputError(f"{name} must be one of {', '.join(sorted(known))} (got {shown(value)}); choose one of them")
 
 
 Number = Annotated[float, PlainValidator(_number)]
@@ -152,6 +209,11 @@ Positive = Annotated[float, PlainValidator(_positive)]
 Integer = Annotated[int, PlainValidator(_integer)]
 Count = Annotated[int, PlainValidator(_count)]
 Text = Annotated[str, PlainValidator(_text)]
+Flag = Annotated[bool, PlainValidator(_flag)]
+Formula = Annotated[Any, PlainValidator(_formula)]  # text, or a number
+Formulas = Annotated[Any, PlainValidator(_formulas)]  # a list of them
+FormulaTable = Annotated[Any, PlainValidator(_formula_table)]  # names with them
+Rows = Annotated[Any, PlainValidator(_rows)]  # (n, 3)
 Array = Annotated[Any, PlainValidator(_array)]  # a number, a list of numbers, or a list of rows
 Vector = Annotated[Any, PlainValidator(_vector)]  # (3,)
 
@@ -161,5 +223,8 @@ def _value_type(hint: Any) -> Any:
     if typing.get_origin(hint) is Literal:
         return Annotated[str, one_of(typing.get_args(hint))]
     types: list[tuple[Any, Any]] = [(float, Number), (int, Integer), (str, Text), (ArrayLike, Array)]
-    types.append((float | None, Number | None))
+    types += [(float | None, Number | None), (float | str, Formula), (float | str | None, Formula | None)]
+    types += [(ArrayLike | tuple[float | str, float | str], Formulas)]
+    types += [(ArrayLike | tuple[float | str, float | str, float | str], Formulas)]
+    types += [(Mapping[str, float | str] | None, FormulaTable | None)]
     return next(kind for annotation, kind in types if annotation == hint)
