@@ -18,16 +18,13 @@ from gammastar.path import bishop
 from gammastar.path.base import JET_ORDER, Path, PathOutputs, interval
 from gammastar.path.jet import Jet, outputs_from_jet, position_from_outputs
 from gammastar.path.regularity import check_regular, check_smooth
+from gammastar.path.search import nearest_of_all
 from gammastar.path.smoothness import may_bend
 from gammastar.path.symbols import called, scalars
 from gammastar.taylor import Series
 
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
 SMALLEST_SLOPE = 1e-3  # of the tracking equation, relative: inside the focal set Newton would run to the farthest point
-SEARCH_POINTS = 4096  # samples of the global search for the start
-SEARCH_CANDIDATES = 64  # local minima of the sample that are polished
-SEARCH_STEPS = 20  # Newton steps of each
-SEARCH_DOUBLINGS = 24  # of the half-width of the search on an open curve
 
 
 class ParametricPath(Path):
@@ -77,28 +74,16 @@ class ParametricPath(Path):
         return position_from_outputs(self.jet(place), transverse, tangential)
 
     def start_parameter(self, position: np.ndarray) -> float:
-        """Return the parameter of the nearest point: the best local minima of a dense sample, polished by Newton steps.
+        """Return the parameter of the nearest point of all, searched by `gammastar.path.search`.
 
-        On an open curve the sampled interval is doubled until the best sample lies in its inner half and the last doubling has
-        found nothing nearer.
+        Raises:
+            PathError: More places are equally near than can be looked at.
         """
-        low, high = self.domain
-        before = np.inf
-        for _ in range(SEARCH_DOUBLINGS):
-            grid = np.linspace(low, high, SEARCH_POINTS)
-            distances = np.linalg.norm(self.points(grid) - position, axis=1)
-            best = int(np.argmin(distances))
-            is_inside = SEARCH_POINTS // 4 <= best <= 3 * SEARCH_POINTS // 4
-            if self.period is not None or (is_inside and distances[best] >= before):
-                break
-            before = distances[best]
-            low, high = low - (high - low) / 2, high + (high - low) / 2
-        lower = np.append(distances, distances[-1])[1:] >= distances
-        minima = np.flatnonzero(lower & (np.insert(distances, 0, distances[0])[:-1] >= distances))
-        candidates = grid[minima[np.argsort(distances[minima])][:SEARCH_CANDIDATES]]
-        polished = self._polished(np.tile(position, (len(candidates), 1)), candidates, SEARCH_STEPS)
-        trials = np.concatenate([candidates, polished])
-        return float(trials[np.argmin(np.linalg.norm(self.points(trials) - position, axis=1))])
+
+        def jets(parameters: np.ndarray) -> np.ndarray:
+            return np.asarray(self.jets(parameters, 2)[:, :3])
+
+        return nearest_of_all(self.name, jets, np.asarray(position), self.domain, self.period is not None)[0]
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) [m] at parameters (n,)."""

@@ -41,23 +41,23 @@ def nearest(
     minima[:, 0] = True
     rows, columns = np.nonzero(minima)
     chosen = nodes[rows, columns]
-    polished = _polished(
+    feet = polished(
         asked[rows],
         parameters[chosen],
         parameters[np.maximum(chosen - 1, 0)],
         parameters[np.minimum(chosen + 1, last)],
         jets,
     )
-    lengths = np.linalg.norm(jets(polished)[:, 0] - asked[rows], axis=1)
+    lengths = np.linalg.norm(jets(feet)[:, 0] - asked[rows], axis=1)
     is_worse = ~(lengths <= distances[rows, columns])
-    lengths[is_worse], polished[is_worse] = distances[rows, columns][is_worse], parameters[chosen][is_worse]
+    lengths[is_worse], feet[is_worse] = distances[rows, columns][is_worse], parameters[chosen][is_worse]
     order = np.lexsort((lengths, rows))
     best = order[np.unique(rows[order], return_index=True)[1]]
-    found[finite], least[finite] = polished[best], lengths[best]
+    found[finite], least[finite] = feet[best], lengths[best]
     return found, least
 
 
-def _polished(
+def polished(
     positions: np.ndarray,
     parameters: np.ndarray,
     low: np.ndarray,
