@@ -6,6 +6,7 @@ was.
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -108,6 +109,14 @@ class Path(ABC):
     @abstractmethod
     def distances(self, positions: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Return the distances (n,) [m] of positions (n, 3) to the path, continued from parameters (n,)."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields alone: graphs that have been built from them are built again where they are needed."""
+        return {
+            name: value
+            for name, value in self.__dict__.items()
+            if not isinstance(getattr(type(self), name, None), functools.cached_property)
+        }
 
     def nearest_turn(self, parameter: float, near: float) -> float:
         """Return `parameter` shifted by whole periods to lie nearest to `near`; unchanged on an open path."""

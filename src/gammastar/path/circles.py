@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Literal
 
 import casadi as ca
@@ -43,18 +44,10 @@ def circle(
     if kind == "curve":
         return _round("circle", radius, radius, place)
 
-    def across(x: Any, y: Any, z: Any) -> Any:
-        a, b, _ = place.local(x, y, z)
-        return ca.sqrt(a**2 + b**2) - radius if coordinates == "distance" else a**2 + b**2 - radius**2
-
-    def angle(x: Any, y: Any, z: Any) -> Any:
-        a, b, _ = place.local(x, y, z)
-        return ca.atan2(b, a)
-
     return ImplicitPath(
-        across,
-        lambda x, y, z: place.local(x, y, z)[2],
-        angle,
+        functools.partial(_across, place, radius, coordinates),
+        functools.partial(_height, place),
+        functools.partial(_angle, place),
         seed=tuple(place.points([(radius, 0, 0)])[0]),
         period=FULL_TURN,
         name="circle",
@@ -93,17 +86,40 @@ def nonplanar_circle(
     radius, wavelength = number(radius, "radius [m]", above=0), number(wavelength, "wavelength [m]", above=0)
     height, amplitude = number(height, "height [m]"), number(amplitude, "amplitude [m]")
 
-    def point(angle: Any) -> tuple[Any, Any, Any]:
-        x = radius * ca.cos(angle)
-        return x, radius * ca.sin(angle), height + amplitude * ca.sin(FULL_TURN * x / wavelength)
-
+    point = functools.partial(_wavy, radius, height, amplitude, wavelength)
     return Curve(point, period=FULL_TURN, name="nonplanar circle")
 
 
 def _round(name: str, a: float, b: float, place: Placement) -> Curve:
     return Curve(
-        lambda angle: place.vector((a * ca.cos(angle), b * ca.sin(angle), 0)),
+        functools.partial(_oval, a, b, place),
         period=FULL_TURN,
         name=name,
         plane_normal=tuple(np.asarray(place.rotation)[:, 2]),
     )
+
+
+def _oval(a: float, b: float, place: Placement, angle: Any) -> Any:
+    return place.vector((a * ca.cos(angle), b * ca.sin(angle), 0))
+
+
+def _wavy(radius: float, height: float, amplitude: float, wavelength: float, angle: Any) -> tuple[Any, Any, Any]:
+    x = radius * ca.cos(angle)
+    return x, radius * ca.sin(angle), height + amplitude * ca.sin(FULL_TURN * x / wavelength)
+
+
+def _across(place: Placement, radius: float, coordinates: str, x: Any, y: Any, z: Any) -> Any:
+    """Graph: return s1, which vanishes at the radius."""
+    a, b, _ = place.local(x, y, z)
+    return ca.sqrt(a**2 + b**2) - radius if coordinates == "distance" else a**2 + b**2 - radius**2
+
+
+def _height(place: Placement, x: Any, y: Any, z: Any) -> Any:
+    """Graph: return s2, the height over the plane."""
+    return place.local(x, y, z)[2]
+
+
+def _angle(place: Placement, x: Any, y: Any, z: Any) -> Any:
+    """Graph: return pi."""
+    a, b, _ = place.local(x, y, z)
+    return ca.atan2(b, a)

@@ -32,11 +32,9 @@ class Course:
 
     def check(self) -> None:
         """Trace one period, or the domain, and refuse a pi that cannot be a coordinate of the path."""
-        low, high = self.domain
         if self.period is None:
-            self._trace.reach(low, high)
+            self._trace.reach(*self.domain)
             return
-        self._trace.reach(self._trace.start, self._trace.start + self.period)
         points = self._trace.table[1]
         length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
         gap = float(np.linalg.norm(points[-1] - points[0]))
@@ -122,7 +120,10 @@ class Course:
     @functools.cached_property
     def _trace(self) -> Trace:
         low, high = self.domain
-        return Trace(self.name, self.system, self.period, self.seed, high - low)
+        trace = Trace(self.name, self.system, self.period, self.seed, high - low)
+        if self.period is not None:
+            trace.reach(trace.start, trace.start + self.period)
+        return trace
 
     def _inside(self, parameters: np.ndarray) -> np.ndarray:
         """Return parameters (n,) brought into the traced period of a closed path."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -43,7 +44,7 @@ def curve_from_formula(
         for axis, text in zip(AXES, (x, y, z), strict=True)
     ]
     return Curve(
-        lambda symbol: tuple(coordinate(symbol) for coordinate in coordinates),
+        functools.partial(_point, coordinates),
         period=_period(period, values, name),
         name=name,
         domain=_domain(domain, values, name),
@@ -89,6 +90,11 @@ def implicit_from_formula(
         name=name,
         domain=_domain(domain, values, name),
     )
+
+
+def _point(coordinates: Sequence[Expression], symbol: Any) -> tuple[Any, ...]:
+    """Graph: return the value of each coordinate."""
+    return tuple(coordinate(symbol) for coordinate in coordinates)
 
 
 def _as_text(formula: float | str) -> str:

@@ -5,6 +5,7 @@ They stand about the origin, upright; `placement.placed` puts them where they ar
 
 from __future__ import annotations
 
+import functools
 import math
 from itertools import combinations
 from typing import Any, Literal
@@ -40,10 +41,7 @@ def lemniscate(size: float = 2.5, separation: float = 1.0, kind: Literal["closed
     if kind not in {"closed", "rising"}:
         raise UnknownNameError("kind", kind, ("closed", "rising"))
 
-    def point(angle: Any) -> tuple[Any, Any, Any]:
-        depth = separation / 2 * ca.sin(angle) if kind == "closed" else -separation / np.pi * angle
-        return 2 * size * ca.cos(angle), size * ca.sin(2 * angle), depth
-
+    point = functools.partial(_eight, size, separation, kind)
     if kind == "rising":
         return Curve(point, name="lemniscate", domain=(0.0, 2 * FULL_TURN))
     return Curve(point, period=FULL_TURN, name="lemniscate")
@@ -100,7 +98,7 @@ def lissajous(
         )
     turns = np.radians(lags)
     return Curve(
-        lambda angle: tuple(sizes[i] * ca.cos(counts[i] * angle + turns[i]) for i in range(3)),
+        functools.partial(_oscillations, sizes, counts, turns),
         period=FULL_TURN,
         name="lissajous",
     )
@@ -126,12 +124,7 @@ def viviani(radius: float = 2.0, separation: float = 1.0) -> Curve:
             f"separation must stay below twice the radius (got {separation:g} m at a radius of {radius:g} m); lower it"
         )
 
-    def point(angle: Any) -> tuple[Any, Any, Any]:
-        cosine, sine = ca.cos(angle), ca.sin(angle)
-        reach = radius + separation / 2 * cosine
-        return reach * cosine * cosine, reach * cosine * sine, reach * sine
-
-    return Curve(point, period=FULL_TURN, name="viviani")
+    return Curve(functools.partial(_window, radius, separation), period=FULL_TURN, name="viviani")
 
 
 def trefoil(radius: float = 3.0, height: float = 1.0) -> Curve:
@@ -147,11 +140,7 @@ def trefoil(radius: float = 3.0, height: float = 1.0) -> Curve:
     if height == 0:
         number(abs(height), "height [m] (as a magnitude)", above=0)
     return Curve(
-        lambda angle: (
-            third * (ca.sin(angle) + 2 * ca.sin(2 * angle)),
-            third * (ca.cos(angle) - 2 * ca.cos(2 * angle)),
-            -height * ca.sin(3 * angle),
-        ),
+        functools.partial(_three_lobes, third, height),
         period=FULL_TURN,
         name="trefoil",
     )
@@ -180,11 +169,7 @@ def torus_knot(p: int = 2, q: int = 3, radius: float = 2.0, tube: float = 0.75) 
     if tube >= radius:
         raise InputError(f"tube must stay below the radius (got {tube:g} m at a radius of {radius:g} m); lower it")
 
-    def point(angle: Any) -> tuple[Any, Any, Any]:
-        reach = radius + tube * ca.cos(q * angle)
-        return reach * ca.cos(p * angle), reach * ca.sin(p * angle), tube * ca.sin(q * angle)
-
-    return Curve(point, period=FULL_TURN, name="torus knot")
+    return Curve(functools.partial(_on_torus, p, q, radius, tube), period=FULL_TURN, name="torus knot")
 
 
 def _whole(value: object, name: str) -> int:
@@ -193,3 +178,31 @@ def _whole(value: object, name: str) -> int:
     if result != round(result) or result == 0:
         raise InputError(f"{name} must be a whole number other than zero (got {result:g}); correct it")
     return int(result)
+
+
+def _eight(size: float, separation: float, kind: str, angle: Any) -> tuple[Any, Any, Any]:
+    depth = separation / 2 * ca.sin(angle) if kind == "closed" else -separation / np.pi * angle
+    return 2 * size * ca.cos(angle), size * ca.sin(2 * angle), depth
+
+
+def _oscillations(sizes: np.ndarray, counts: list[int], phases: np.ndarray, angle: Any) -> tuple[Any, ...]:
+    return tuple(sizes[i] * ca.cos(counts[i] * angle + phases[i]) for i in range(3))
+
+
+def _window(radius: float, separation: float, angle: Any) -> tuple[Any, Any, Any]:
+    cosine, sine = ca.cos(angle), ca.sin(angle)
+    reach = radius + separation / 2 * cosine
+    return reach * cosine * cosine, reach * cosine * sine, reach * sine
+
+
+def _three_lobes(third: float, height: float, angle: Any) -> tuple[Any, Any, Any]:
+    return (
+        third * (ca.sin(angle) + 2 * ca.sin(2 * angle)),
+        third * (ca.cos(angle) - 2 * ca.cos(2 * angle)),
+        -height * ca.sin(3 * angle),
+    )
+
+
+def _on_torus(p: int, q: int, radius: float, tube: float, angle: Any) -> tuple[Any, Any, Any]:
+    reach = radius + tube * ca.cos(q * angle)
+    return reach * ca.cos(p * angle), reach * ca.sin(p * angle), tube * ca.sin(q * angle)

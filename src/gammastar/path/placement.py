@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -102,18 +104,28 @@ def placed(
         normal = path.plane_normal
         if normal is not None:
             normal = tuple(np.asarray(place.rotation) @ normal)
-        return replace(path, point=lambda parameter: place.vector(path.point(parameter)), plane_normal=normal)
+        return replace(path, point=functools.partial(_moved, place, path.point), plane_normal=normal)
     if isinstance(path, ImplicitPath):
         return replace(
             path,
-            first=lambda x, y, z: place.scale * path.first(*place.local(x, y, z)),
-            second=lambda x, y, z: place.scale * path.second(*place.local(x, y, z)),
-            coordinate=lambda x, y, z: path.coordinate(*place.local(x, y, z)),
+            first=functools.partial(_seen, place, path.first, place.scale),
+            second=functools.partial(_seen, place, path.second, place.scale),
+            coordinate=functools.partial(_seen, place, path.coordinate, 1.0),
             seed=tuple(place.points([path.seed])[0]),
         )
     raise InputError(
         f"only a Curve or an ImplicitPath is placed as a whole (got {type(path).__name__}); place its points"
     )
+
+
+def _moved(place: Placement, point: Callable[[Any], Any], parameter: Any) -> Any:
+    """Graph: return a curve's point where it is placed."""
+    return place.vector(point(parameter))
+
+
+def _seen(place: Placement, formula: Callable[..., Any], factor: float, x: Any, y: Any, z: Any) -> Any:
+    """Graph: return a multiple of a formula of the path's own axes at a position in the world."""
+    return factor * formula(*place.local(x, y, z))
 
 
 def plane_frame(normal: ArrayLike) -> np.ndarray:

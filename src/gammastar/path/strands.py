@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from typing import Any, cast
 
@@ -21,7 +22,7 @@ def line(point: ArrayLike = (0.0, 0.0, 0.0), along: ArrayLike = (1.0, 0.0, 0.0))
     normal = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
     normal /= np.linalg.norm(normal)
     place = Placement(start, np.column_stack([tangent, np.cross(normal, tangent), normal]))
-    return Curve(lambda distance: place.vector((distance, 0, 0)), name="line", plane_normal=tuple(normal))
+    return Curve(functools.partial(_straight, place), name="line", plane_normal=tuple(normal))
 
 
 def helix(
@@ -42,7 +43,7 @@ def helix(
     place = Placement(array(center, "center [m]", (3,)), plane_frame(axis))
     rise = pitch / FULL_TURN
     return Curve(
-        lambda angle: place.vector((radius * ca.cos(angle), radius * ca.sin(angle), rise * angle)),
+        functools.partial(_screw, place, radius, rise),
         name="helix",
         domain=(-2 * FULL_TURN, 2 * FULL_TURN),
     )
@@ -63,7 +64,7 @@ def sine(amplitude: float = 1.0, wavelength: float = 6.0) -> Curve:
         number(abs(amplitude), "amplitude [m] (as a magnitude)", above=0)
     wave_number = FULL_TURN / wavelength
     return Curve(
-        lambda distance: (distance, amplitude * ca.sin(wave_number * distance), 0),
+        functools.partial(_wave, amplitude, wave_number),
         name="sine",
         plane_normal=DOWN,
         domain=(-2 * wavelength, 2 * wavelength),
@@ -88,7 +89,7 @@ def spiral(spacing: float = 1.0, turns: float = 3.0, rise: float = 0.0) -> Curve
     end = number(turns, "turns", above=0) * FULL_TURN
     climb = number(rise, "rise [m]") / FULL_TURN
     return Curve(
-        lambda angle: (growth * angle * ca.cos(angle), growth * angle * ca.sin(angle), -climb * angle),
+        functools.partial(_winding, growth, climb),
         name="spiral",
         plane_normal=DOWN if climb == 0 else None,
         domain=(0.0, end),
@@ -123,15 +124,36 @@ def polynomial(coefficients: ArrayLike, domain: ArrayLike = (0.0, 1.0)) -> Curve
                 f"the coefficients of {axis} must be finite (got {row.tolist()}); replace NaN and infinity"
             )
 
-    def horner(row: np.ndarray, parameter: Any) -> Any:
-        value = ca.SX(float(row[-1]))
-        for coefficient in row[-2::-1]:
-            value = value * parameter + float(coefficient)
-        return value
-
     low, high = array(domain, "domain", (2,))
     return Curve(
-        lambda parameter: tuple(horner(row, parameter) for row in rows),
+        functools.partial(_polynomials, rows),
         name="polynomial",
         domain=(float(low), float(high)),
     )
+
+
+def _straight(place: Placement, distance: Any) -> Any:
+    return place.vector((distance, 0, 0))
+
+
+def _screw(place: Placement, radius: float, rise: float, angle: Any) -> Any:
+    return place.vector((radius * ca.cos(angle), radius * ca.sin(angle), rise * angle))
+
+
+def _wave(amplitude: float, wave_number: float, distance: Any) -> tuple[Any, Any, Any]:
+    return distance, amplitude * ca.sin(wave_number * distance), 0
+
+
+def _winding(growth: float, climb: float, angle: Any) -> tuple[Any, Any, Any]:
+    return growth * angle * ca.cos(angle), growth * angle * ca.sin(angle), -climb * angle
+
+
+def _polynomials(rows: list[np.ndarray], parameter: Any) -> tuple[Any, ...]:
+    """Graph: return the value of each row's polynomial, by Horner's rule."""
+    values = []
+    for row in rows:
+        value = ca.SX(float(row[-1]))
+        for coefficient in row[-2::-1]:
+            value = value * parameter + float(coefficient)
+        values.append(value)
+    return tuple(values)
