@@ -35,6 +35,7 @@ def flight() -> gs.FlightRecord:
     return mission.load("upside-down").with_values({"flight.duration": 10.0}).fly()
 
 
+@style.drawing()
 def readme_picture(record: gs.FlightRecord) -> Any:
     """Return the figure: the whole flight with its body axes on the left, the flip enlarged on the right."""
     figure = style.new_figure(*SIZE)

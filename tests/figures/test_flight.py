@@ -1,17 +1,22 @@
 """Figures of every kind of flight: complete, with units, and nothing but themselves in their bytes."""
 
+import dataclasses
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 import gammastar as gs
 from figures.kinds import KINDS
 from gammastar import figures
+from gammastar.figures.flight import DRAWINGS
 from gammastar.figures.save import picture
 
+PATHS = f"import sys; sys.path[:0] = [{str(Path(__file__).parents[1])!r}, {str(Path(figures.__file__).parents[2])!r}]"
 NAMES = {"path", "states", "velocities", "rates", "inputs", "margins"}
 
 
@@ -94,9 +99,7 @@ def test_figures_use_no_pyplot_and_load_matplotlib_only_when_drawing() -> None:
         "assert 'matplotlib' not in sys.modules; record = KINDS['open path'](); assert 'matplotlib' not in sys.modules; "
         "figures.draw_flight(record); assert 'matplotlib.figure' in sys.modules; assert 'matplotlib.pyplot' not in sys.modules"
     )
-    tests, source = Path(__file__).parents[1], Path(figures.__file__).parents[2]
-    command = f"import sys; sys.path[:0] = [{str(tests)!r}, {str(source)!r}]; {program}"
-    subprocess.run([sys.executable, "-c", command], check=True)
+    subprocess.run([sys.executable, "-c", f"{PATHS}; {program}"], check=True)
 
 
 def test_drawing_changes_no_setting_of_matplotlib(tmp_path: Path) -> None:
@@ -105,6 +108,83 @@ def test_drawing_changes_no_setting_of_matplotlib(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
     figures.save(figures.draw_flight(KINDS["one row"]())["path"], tmp_path / "path")
     assert dict(matplotlib.rcParams) == before
+
+
+SETTINGS = {  # of a user, each of which shows in a figure or breaks it
+    "text.usetex": True,
+    "axes.formatter.use_locale": True,
+    "font.size": 30,
+    "font.family": "monospace",
+    "lines.linewidth": 9,
+    "axes.grid": True,
+    "axes.facecolor": "black",
+    "savefig.bbox": "tight",
+    "savefig.facecolor": "red",
+    "savefig.dpi": 10,
+    "svg.fonttype": "none",
+    "path.sketch": (5, 100, 2),
+    "axes.unicode_minus": False,
+}
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_figures_do_not_depend_on_the_users_settings(name: str) -> None:
+    import matplotlib
+
+    draw = DRAWINGS[name]
+    expected = picture(draw(KINDS["open path"](), "-1 and more"), "svg")
+    with matplotlib.rc_context(SETTINGS):
+        assert picture(draw(KINDS["open path"](), "-1 and more"), "svg") == expected
+        assert matplotlib.rcParams["font.size"] == 30
+
+
+def test_figures_leave_the_backend_alone() -> None:
+    """Whatever backend the shell or the program has chosen, it is neither loaded nor changed."""
+    program = (
+        "import matplotlib, sys; from figures.kinds import KINDS; from gammastar.figures import scene; "
+        "figure = scene.draw_path(KINDS['one row']()); from gammastar.figures.save import picture; picture(figure, 'png'); "
+        "assert dict.__getitem__(matplotlib.rcParams, 'backend') == 'pdf'; "
+        "assert 'matplotlib.backends.backend_pdf' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", f"{PATHS}; {program}"], check=True, env=os.environ | {"MPLBACKEND": "pdf"})
+
+
+def test_a_backend_that_does_not_exist_is_named() -> None:
+    program = "from gammastar.figures import style; style.require_matplotlib()"
+    command = [sys.executable, "-c", f"{PATHS}; {program}"]
+    answer = subprocess.run(
+        command, check=False, env=os.environ | {"MPLBACKEND": "nonsense"}, capture_output=True, text=True
+    )
+    assert "InputError" in answer.stderr
+    assert "MPLBACKEND" in answer.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    "title",
+    [
+        "costs $5 and $6",
+        "$\\frac$",
+        "100 % {of} \\it_",
+        "start \N{ROCKET} \N{HEBREW LETTER ALEF}",
+        "<a & b> -- c",
+        "x" * 200,
+        " ",
+    ],
+    ids=lambda title: ascii(title)[:20],
+)
+def test_a_title_is_drawn_as_it_is_written(title: str) -> None:
+    """No formula, no warning about missing letters (warnings are errors here), and XML that can be read."""
+    for name in ("path", "rates"):
+        figure = DRAWINGS[name](KINDS["one row"](), title)
+        ElementTree.fromstring(picture(figure, "svg"))
+        assert picture(figure, "png")
+
+
+@pytest.mark.parametrize("distance", [1e308, 1e150, 5e-324])
+def test_extreme_numbers_can_be_drawn(distance: float) -> None:
+    record = dataclasses.replace(KINDS["one row"](), settled_within=distance)
+    for name in NAMES:
+        assert picture(DRAWINGS[name](record), "png", resolution=40)
 
 
 def test_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,6 +49,13 @@ def test_limits_enclose_every_value_and_have_a_width(values: np.ndarray) -> None
     assert np.all((values > low) & (values < high))
 
 
+@given(arrays(float, st.integers(1, 20), elements=st.floats(allow_nan=True, allow_infinity=True)))
+def test_limits_are_finite_whatever_is_drawn(values: np.ndarray) -> None:
+    low, high = limits(values)
+    assert np.isfinite(high - low)
+    assert low < high
+
+
 @pytest.mark.parametrize(("distance", "text"), [(1.5, "1.5 m"), (1e-3, "1 mm"), (0.2, "200 mm"), (2e-5, "20 µm")])
 def test_a_distance_is_written_in_the_unit_that_suits_it(distance: float, text: str) -> None:
     assert distance_text(distance) == text

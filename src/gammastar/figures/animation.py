@@ -33,6 +33,7 @@ ARM = 0.05  # of the vehicle in the scene, relative to the scene's longest side
 MOST_FRAMES = 2000
 
 
+@style.drawing()
 def animate(record: FlightRecord, path: Path, seconds: float = 12.0, fps: float = 12.0) -> Path:
     """Write the animation of a flight as a GIF and return its file.
 
@@ -92,8 +93,7 @@ def _frames(record: FlightRecord, rows: np.ndarray, fps: float) -> Iterator[Any]
         distant.move(flown[row], record.attitude[row], record.thrust[row] / weight)
         near.move(np.zeros(3), record.attitude[row], record.thrust[row] / weight)
         clock.set_text(_reading(record, row, float(pace)))
-        with style.RENDERING:
-            canvas.draw()
+        canvas.draw()
         yield Image.fromarray(np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
 
 

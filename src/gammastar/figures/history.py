@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar.figures import style
-from gammastar.figures.windows import Window, distance_text, limits, settling_time, unwrapped_gaps, windows
+from gammastar.figures.windows import Window, distance_text, drawable, limits, settling_time, unwrapped_gaps, windows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +32,7 @@ class Panel:
     shown: Sequence[float] = field(default=())  # values that belong inside the limits of the first column
 
 
+@style.drawing()
 def draw_states(record: FlightRecord, title: str = "", units: tuple[str, str] | None = None) -> Figure:
     """Draw the chains xi_1 and xi_2, and place and speed along the path, as the paper's Figure 4 does.
 
@@ -53,18 +54,21 @@ def draw_states(record: FlightRecord, title: str = "", units: tuple[str, str] | 
     return figure
 
 
+@style.drawing()
 def draw_velocities(record: FlightRecord, title: str = "") -> Figure:
     """Draw the translational velocity in world axes."""
     lines = [(f"$v_{axis}$", record.velocity[:, k]) for k, axis in enumerate("xyz")]
     return _columns(record, [Panel("velocity, world [m/s]", lines)], title)
 
 
+@style.drawing()
 def draw_rates(record: FlightRecord, title: str = "") -> Figure:
     """Draw the angular velocity in body axes."""
     lines = [(f"${name}$", record.angular_velocity[:, k]) for k, name in enumerate("pqr")]
     return _columns(record, [Panel("body rates [rad/s]", lines)], title)
 
 
+@style.drawing()
 def draw_inputs(record: FlightRecord, title: str = "") -> Figure:
     """Draw the thrust u_t = zeta_1 and the torques."""
     weight = record.truth.weight
@@ -77,6 +81,7 @@ def draw_inputs(record: FlightRecord, title: str = "") -> Figure:
     return _columns(record, panels, title)
 
 
+@style.drawing()
 def draw_margins(record: FlightRecord, title: str = "") -> Figure:
     """Draw how far the flight stays from the two singularities, free fall and focal points, and from its path."""
     figure, axes = style.panels(3, 1, title)
@@ -175,7 +180,7 @@ def _distance(axis: Axes, record: FlightRecord) -> None:
 
 def _decade(axis: Axes, values: np.ndarray) -> None:
     """Set logarithmic limits to whole decades that leave some room around positive values."""
-    positive = values[np.isfinite(values) & (values > SMALLEST_DISTANCE)]
+    positive = drawable(values[np.isfinite(values) & (values > SMALLEST_DISTANCE)])
     if not positive.size:
         positive = np.array([1.0])
     low, high = np.floor(np.log10(positive.min() / 1.3)), np.ceil(np.log10(positive.max() * 1.3))
@@ -184,6 +189,7 @@ def _decade(axis: Axes, values: np.ndarray) -> None:
 
 
 def _line(axis: Axes, time: np.ndarray, values: np.ndarray, name: str, color: str) -> None:
+    values = drawable(values)
     finite = values[np.isfinite(values)]
     ragged = np.abs(np.diff(finite)).sum() > RAGGED * np.ptp(finite) if finite.size else False
     width = style.THIN if ragged else style.LINE
@@ -192,7 +198,7 @@ def _line(axis: Axes, time: np.ndarray, values: np.ndarray, name: str, color: st
 
 
 def _guide(axis: Axes, name: str, value: float, color: str) -> None:
-    axis.axhline(value, color=color, linewidth=style.THIN, linestyle=style.DASHED, label=name)
+    axis.axhline(float(drawable(value)), color=color, linewidth=style.THIN, linestyle=style.DASHED, label=name)
 
 
 def _span(axis: Axes, time: np.ndarray) -> None:

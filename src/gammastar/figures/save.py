@@ -15,6 +15,7 @@ from gammastar.figures import style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+FORMATS = ("png", "svg")  # of every figure that a verb writes
 RESOLUTION = 160  # [dots/in] of PNG: figures over time are then 1056 pixels wide
 # What a format would write about date and program, switched off: the same figure gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {
@@ -24,7 +25,7 @@ METADATA: dict[str, dict[str, Any]] = {
 }
 
 
-def save(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
+def save(figure: Figure, stem: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
     """Write a figure as stem.png, stem.svg ... and return the files; each appears whole or not at all.
 
     Args:
@@ -46,15 +47,11 @@ def save(figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")) ->
     return files
 
 
+@style.drawing()
 def picture(figure: Figure, kind: str, resolution: float = RESOLUTION) -> bytes:
     """Return the bytes of a figure as 'png', 'svg' or 'pdf'."""
-    style.require_matplotlib()
-    import matplotlib
-
     buffer = io.BytesIO()
-    # The salt of the names inside an SVG can be given in matplotlib's one global table only.
-    with style.RENDERING, matplotlib.rc_context({"svg.hashsalt": "gammastar"}):
-        figure.savefig(buffer, format=kind, dpi=resolution, metadata=METADATA[kind])
+    figure.savefig(buffer, format=kind, dpi=resolution, metadata=METADATA[kind])
     return buffer.getvalue()
 
 

@@ -28,6 +28,7 @@ SMALLEST_SIDE = 0.35  # of the longest side of the scene: a planar flight still 
 VIEW = (18.0, 58.0)  # [deg] elevation and azimuth
 
 
+@style.drawing()
 def draw_path(record: FlightRecord, title: str = "") -> Figure:
     """Draw the flight in space: flown and target path, start, and the body axes denser where the vehicle turns fast."""
     flown, target = drawn(record.position), drawn(target_points(record))
@@ -153,8 +154,7 @@ def fit(figure: Figure, axis: Any, title: str) -> None:
         handlelength=1.6,
         columnspacing=1.4,
     )
-    with style.RENDERING:
-        extent = names.get_window_extent(canvas.get_renderer())
+    extent = names.get_window_extent(canvas.get_renderer())
     width = max(right - left, extent.width / figure.dpi)
     above = style.title_height(title, width)
     height = top - bottom + extent.height / figure.dpi + above
@@ -162,8 +162,7 @@ def fit(figure: Figure, axis: Any, title: str) -> None:
     margin = (width - (right - left)) / 2
     axis.set_position(((margin - left) / width, -bottom / height, square / width, square / height))
     if title:
-        text = style.folded(title, width)
-        figure.suptitle(text, fontsize=style.TITLE, color=style.INK, y=1 - 0.08 / height, va="top")
+        style.entitle(figure, title, width, y=1 - 0.08 / height, va="top")
         names.set_bbox_to_anchor((0.5, 1 - above / height))
 
 
@@ -201,8 +200,7 @@ def _ink(canvas: Any, axis: Any, square: float) -> tuple[float, float, float, fl
     paper, margin = 2 * square, 0.06
     canvas.figure.set_size_inches(paper, paper)
     axis.set_position((0.25, 0.25, 0.5, 0.5))
-    with style.RENDERING:
-        canvas.draw()
+    canvas.draw()
     dark = np.asarray(canvas.buffer_rgba())[:, :, :3].min(axis=2) < 250
     rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
     edges = np.array([columns[0], len(dark) - 1 - rows[-1], columns[-1] + 1, len(dark) - rows[0]]) / canvas.figure.dpi

@@ -1,7 +1,7 @@
 """One look for every figure: palette, sizes, panels over time, and how a panel is dressed.
 
-Figures are made with matplotlib's object interface and every property is set here, so nothing stays behind.  What renders one
-holds `RENDERING`: matplotlib's parser of formulas is one for the whole process.  The palette is that of M. Okabe and K. Ito,
+Figures are made with matplotlib's object interface and nothing stays behind.  What makes or renders one does so inside `drawing`,
+which keeps the user's settings of matplotlib out and its threads apart.  The palette is that of M. Okabe and K. Ito,
 Color Universal Design (2008), told apart in every common form of colour blindness.
 """
 
@@ -10,15 +10,20 @@ from __future__ import annotations
 import importlib
 import textwrap
 import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from gammastar.errors import MissingExtraError
+from gammastar.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RENDERING = threading.RLock()  # threads render one after the other
+SETTINGS = {"svg.hashsalt": "gammastar"}  # names inside an SVG do not change from run to run
+KEPT = {"backend"}  # of the user's settings: nothing here depends on it, and matplotlib would load it to restore it
+_ONE_AT_A_TIME = threading.RLock()  # matplotlib's settings and its parser of formulas are one for the whole process
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 INK, FAINT, GRID = "#222222", "#767676", "#DDDDDD"
@@ -34,8 +39,28 @@ PANEL_HEIGHT, ONLY_PANEL_HEIGHT = 1.75, 2.1  # [in] of one of its rows, of sever
 MARKER = 4.0  # [pt] shown when a line has a single row and would be invisible
 
 
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw with matplotlib's own settings, whatever a file, a program or the shell of the user has set, and restore those after.
+
+    A letter that the font lacks is drawn as an empty box, without a warning.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    require_matplotlib()
+    import matplotlib
+
+    own: dict[Any, Any] = {
+        key: matplotlib.rcParamsDefault[key] for key in matplotlib.rcParamsDefault if key not in KEPT
+    }
+    with _ONE_AT_A_TIME, matplotlib.rc_context(own | SETTINGS), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from|Matplotlib currently does not support", UserWarning)
+        yield
+
+
 def require_matplotlib() -> None:
-    """Raise `MissingExtraError` unless matplotlib can be imported."""
+    """Raise `MissingExtraError` unless matplotlib can be imported, or `InputError` when the shell keeps it from loading."""
     _require("matplotlib.figure", "matplotlib", "drawing")
 
 
@@ -46,13 +71,17 @@ def require_pillow() -> None:
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
     """Return an empty figure of a size [in] that lays itself out, on white, with its title on top."""
-    require_matplotlib()
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), facecolor="white", layout="constrained")
     if title:
-        figure.suptitle(folded(title, width), fontsize=TITLE, color=INK)
+        entitle(figure, title, width)
     return figure
+
+
+def entitle(figure: Figure, title: str, width: float, **place: Any) -> None:
+    """Write a title on top of a figure, folded to a width [in]; dollars in it are dollars and no formula."""
+    figure.suptitle(folded(title, width), fontsize=TITLE, color=INK, parse_math=False, **place)
 
 
 def title_height(title: str, width: float) -> float:
@@ -136,3 +165,5 @@ def _require(module: str, library: str, purpose: str) -> None:
         importlib.import_module(module)
     except ImportError as error:
         raise MissingExtraError(library, "figures", purpose) from error
+    except ValueError as error:  # matplotlib reads the shell's MPLBACKEND while it loads
+        raise InputError(f"{library} must load (got: {error}); correct or unset MPLBACKEND") from error

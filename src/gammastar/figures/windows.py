@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from gammastar.flight import FlightRecord
 
 SHORTEST = 0.05  # of a flight; a shorter stretch gets no column
+LARGEST = 1e150  # of what is drawn: its square is still finite
 SMALLEST_SPAN = 0.05  # of the largest value in a panel: below it a constant would look like a storm
 
 
@@ -47,9 +48,14 @@ def distance_text(distance: float) -> str:
     return f"{distance * 1e6:.3g} µm"
 
 
+def drawable(values: np.ndarray | float) -> np.ndarray:
+    """Return values cut to what matplotlib can multiply; NaN stays NaN."""
+    return np.clip(values, -LARGEST, LARGEST)
+
+
 def limits(values: np.ndarray) -> tuple[float, float]:
     """Return bounds for finite values with a margin of 5 %, never so close that rounding fills the panel."""
-    finite = values[np.isfinite(values)]
+    finite = drawable(values[np.isfinite(values)])
     if not finite.size:
         return -1.0, 1.0
     low, high = float(finite.min()), float(finite.max())
