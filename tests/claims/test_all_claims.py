@@ -55,6 +55,10 @@ def test_keys_are_unique() -> None:
     assert len(CLAIMS) == len(all_claims())
 
 
+def test_equations_come_in_the_order_of_the_paper() -> None:
+    assert [each.key for each in all_claims() if each.key in NUMBERED] == NUMBERED
+
+
 @pytest.mark.parametrize("key", NUMBERED + NAMED)
 def test_everything_numbered_or_named_is_covered(key: str) -> None:
     assert key in CLAIMS

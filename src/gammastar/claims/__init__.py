@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 from gammastar.claims import (
     attitude,
     control,
@@ -22,5 +25,11 @@ _ROOMS = (model, attitude, coordinates, outputs, decoupling, transformation, con
 
 
 def all_claims() -> tuple[Claim, ...]:
-    """Return every claim, in the order of the paper but for G1-G4, which come after what they rest on."""
-    return tuple(claim for room in _ROOMS for claim in room.CLAIMS)
+    """Return every claim, in the order of the paper but for G1-G4 and the remarks, which come after what they rest on."""
+    claims = [claim for room in _ROOMS for claim in room.CLAIMS]
+    places, following = [], math.inf
+    for claim in reversed(claims):  # what has no number stands before the next equation
+        if number := re.fullmatch(r"\((\d+)\)", claim.key):
+            following = int(number[1])
+        places.append(following)
+    return tuple(claim for _, claim in sorted(zip(reversed(places), claims, strict=True), key=lambda pair: pair[0]))
