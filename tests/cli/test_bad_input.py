@@ -199,6 +199,14 @@ COMMANDS = {
     "set an unknown section": (["fly", "upright", "--set", "pth.radius=3"], ('"pth"', 'did you mean "path"')),
     "set inside a number": (["fly", "upright", "--set", "path.radius.x=3"], ("path.radius", "table", "as a whole")),
     "set a wrong value": (["show", "upright", "--set", "path.radius=wide"], ("[path] radius", '"wide"')),
+    "set a key without end": (["fly", "upright", "--set", f"path{200_000 * '.'}=1"], ("--set", "levels")),
+    "set a key of long words": (["fly", "upright", "--set", f"path.{200_000 * 'a'}=1"], ("unknown key", "[path]")),
+    "set words without end": (["fly", "upright", "--set", 200_000 * "a"], ("--set", "key=value")),
+    "a name without end": (["fly", 200_000 * "a"], ("aaa",)),
+    "letters of a terminal": (["fly", "\x1b[31mred.toml"], ("x1b[31mred.toml",)),
+    "a device": (["fly", os.devnull], ("a pipe or device", "give the path")),
+    "out without a name": (["fly", "upright", "--out", ""], ("out must be a folder", '""')),
+    "figures without a name": (["reproduce", "--out", ""], ("out must be a folder", '""')),
     "set a date": (["show", "upright", "--set", "flight.duration=2026-01-01"], ("[flight] duration", "number")),
     "unknown verb": (["fyl"], ("fyl", "--help")),
     "unknown option": (["fly", "upright", "--loud"], ("--loud", "--help")),
@@ -221,6 +229,8 @@ def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 def check_sentence(sentence: str) -> None:
     assert sentence.startswith("error: ")
+    assert len(sentence) < 1000
+    assert sentence.isprintable()
     assert "Traceback" not in sentence
     assert "validation error" not in sentence
     assert ";" in sentence or "must be one of" in sentence  # what to do
@@ -303,6 +313,32 @@ def test_a_file_where_the_folder_should_be_is_refused_before_the_flight(
         sentence = refusal(["fly", "upright", "--out", str(tmp_path / out)], capsys)
         assert "out must be a folder" in sentence
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_pipe_is_refused_before_anyone_waits_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert "a pipe or device" in refusal(["fly", str(tmp_path / "pipe.toml")], capsys)
+
+
+@pytest.mark.parametrize("name", ["path.svg", "mission.toml"])
+def test_a_folder_where_a_file_should_be_is_refused_before_the_flight(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gammastar.mission.Mission.fly", lambda *_: pytest.fail("flew first"))
+    (tmp_path / name).mkdir()
+    sentence = refusal(["fly", "upright", "--out", str(tmp_path)], capsys)
+    assert f"{name} must be a file" in sentence
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+    (tmp_path / "index.html").mkdir()
+    assert "index.html must be a file" in refusal(["reproduce", "--out", str(tmp_path)], capsys)
+
+
+@pytest.mark.parametrize("name", ["mission.toml", "summary.json"])
+def test_the_mission_to_fly_is_never_replaced(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / name).write_text(bad_mission({}))
+    sentence = refusal(["fly", str(tmp_path / name), "--out", str(tmp_path)], capsys)
+    assert "holds the mission to fly" in sentence
+    assert (tmp_path / name).read_text() == bad_mission({})
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="this user may write anywhere")

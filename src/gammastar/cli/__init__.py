@@ -2,46 +2,80 @@
 
 from __future__ import annotations
 
-import sys
+import signal
 from collections.abc import Sequence
+from typing import Any
 
-from gammastar.cli.verbs import app
+from gammastar.cli import process
+from gammastar.cli.output import OutputError
 from gammastar.errors import GammastarError
 
-__all__ = ["app", "main"]
+__all__ = ["main"]
 
+FAILED = 1
 REFUSED = 2  # the input cannot be used
-INTERRUPTED = 130  # as shells count it: 128 + SIGINT
+LONGEST_SENTENCE = 800  # characters; what was refused may be far longer
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done.  1: a flight ended early, or the check of a claim failed.  2: input that cannot be used; one sentence on stderr says
-    why.  130: interrupted.
+    0: done.  1: a flight ended early, the check of a claim failed, or stdout cannot be written.  2: input that cannot be used; one
+    sentence on stderr says why.  130, 141, 143: ended by an interrupt, by a reader of stdout that went away, or by SIGTERM.
     """
+    if not process.prepare_streams():
+        return _stopped("standard output must be open to writing (got a closed one); open it, or send it to a file", 1)
+    with process.stopped_by_signals() as received:
+        try:
+            code = _run(arguments)
+        except (KeyboardInterrupt, SystemError) as error:
+            if not process.is_interrupt(error):
+                raise
+            code = process.INTERRUPTED
+        finally:
+            process.settle_streams()
+    if code == process.INTERRUPTED:
+        code = 128 + (received or [signal.SIGINT])[0]
+        process.note("interrupted; no file was left half written")
+    return code
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Parse and call; return the exit code, of a refusal too."""
+    from gammastar.cli.verbs import app
+
     try:
-        code = app(args=None if arguments is None else list(arguments), prog_name="gammastar", standalone_mode=False)
+        code: Any = app(
+            args=None if arguments is None else list(arguments), prog_name="gammastar", standalone_mode=False
+        )
+        return code or 0
     except GammastarError as error:
-        return _refuse(str(error))
+        return _stopped(str(error))
+    except OutputError as error:
+        if isinstance(error.cause, BrokenPipeError):
+            return process.PIPE_CLOSED
+        return _stopped(
+            f"standard output must be open to writing (got: {error.cause.strerror}); send it elsewhere", FAILED
+        )
     except OSError as error:
-        place = f" {error.filename}" if error.filename else ""
-        return _refuse(
+        file = error.filename2 or error.filename
+        place = f" {file}" if file else ""
+        return _stopped(
             f"files must be open to reading and writing (got{place}: {error.strerror or error}); choose another place"
         )
     except MemoryError:
-        return _refuse("a flight must fit into memory (got a longer one); shorten it or take longer steps")
-    except KeyboardInterrupt:
-        code = INTERRUPTED
+        return _stopped("a flight must fit into memory (got a longer one); shorten it or take longer steps")
     except Exception as error:
         if not hasattr(error, "format_message"):  # what typer raises for a command line that it cannot read
             raise
-        return _refuse(f"{error.format_message().rstrip('.')}; see gammastar --help")
-    if code == INTERRUPTED:
-        print("interrupted; no file was left half written", file=sys.stderr)
-    return code or 0
+        return _stopped(f"{error.format_message().rstrip('.')}; see gammastar --help")
 
 
-def _refuse(sentence: str) -> int:
-    print(f"error: {' '.join(sentence.split())}", file=sys.stderr)
-    return REFUSED
+def _stopped(sentence: str, code: int = REFUSED) -> int:
+    """Say why nothing more is done, on one printable line, and return the exit code."""
+    line = " ".join(sentence.split())
+    line = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in line)
+    if len(line) > LONGEST_SENTENCE:
+        line = f"{line[: LONGEST_SENTENCE // 2]} ... {line[-LONGEST_SENTENCE // 2 :]}"
+    process.note(f"error: {line}")
+    return code

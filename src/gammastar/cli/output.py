@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from gammastar.cli.process import note
+
 HIDDEN = ("mission", "message", "versions")  # of a flight's table: they stand around it, or in the JSON object only
 MARKS = {"holds": "green", "definition": "green", "misprint": "yellow", "false": "yellow", "failed": "bold red"}
 
 
+class OutputError(Exception):
+    """Stdout cannot be written; `cause` says why."""
+
+    def __init__(self, cause: OSError) -> None:
+        super().__init__(str(cause))
+        self.cause = cause
+
+
 def text(words: str, end: str = "\n") -> None:
-    """Print plain text on stdout."""
-    print(words, end=end, flush=True)
+    """Print plain text on stdout.
+
+    Raises:
+        OutputError: Nobody receives it.
+    """
+    try:
+        print(words, end=end, flush=True)
+    except OSError as error:
+        raise OutputError(error) from error
 
 
 def json_object(values: Mapping[str, Any]) -> None:
@@ -31,7 +49,7 @@ def flight(summary: Mapping[str, Any], files: Sequence[Path], as_json: bool) -> 
     else:
         _flight_as_text(summary, files)
     if summary["status"] != "completed":
-        print(f"the flight ended at {summary['end_time_s']:g} s: {summary['message']}", file=sys.stderr)
+        note(f"the flight ended at {summary['end_time_s']:g} s: {summary['message']}")
 
 
 def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
@@ -55,16 +73,20 @@ def missions(titles: Mapping[str, str], as_json: bool) -> None:
     text("\n".join(f"{name:<{width}}  {title}" for name, title in titles.items()))
 
 
-def reproduction(result: Mapping[str, Any], out: Path, as_json: bool) -> None:
-    """Print where a reproduction was written."""
+def reproduction(numbers: Mapping[str, Any], index: Path, as_json: bool) -> None:
+    """Print how many of the paper's messages hold, and where the page is that shows why."""
     if as_json:
-        json_object(result)
-    else:
-        text(f"wrote the figures of section VI and their index page to {out}")
+        json_object(numbers)
+        return
+    verdicts = Counter(figure["verdict"] for figure in numbers["figures"])
+    said = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
+    text(
+        f"{len(numbers['figures'])} figures of section VI, flown again; of what the paper says of them: {said}\nwrote {index}"
+    )
 
 
 def claims(results: Sequence[Mapping[str, Any]], as_json: bool) -> None:
-    """Print the verdict on every claim."""
+    """Print the verdict on every claim, in the order of the paper."""
     counts = {verdict: sum(result["verdict"] == verdict for result in results) for verdict in MARKS}
     if as_json:
         json_object({"claims": list(results), "verdicts": counts})
@@ -73,14 +95,20 @@ def claims(results: Sequence[Mapping[str, Any]], as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table("claim", "verdict", "how", "evidence", show_lines=True)
+    table = Table("claim", "verdict", "what the paper states, what was found, and how", show_lines=True)
     for result in results:
-        evidence = result["evidence"] + (f"\nread instead: {result['correction']}" if result["correction"] else "")
-        verdict = Text(result["verdict"], style=MARKS[result["verdict"]])
-        table.add_row(Text(result["key"]), verdict, Text(result["method"]), Text(evidence))
+        words = Text.assemble(
+            (result["statement"], "bold"), f"\n{result['evidence']}", (f" [{result['method']}]", "dim")
+        )
+        if result["correction"]:
+            words.append(f"\nread instead: {result['correction']}")
+        claim = Text.assemble(result["key"], (f"\n{result['where']}", "dim"))
+        table.add_row(claim, Text(result["verdict"], style=MARKS[result["verdict"]]), words)
     console = Console()
-    console.print(table)
-    console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count), highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+        console.print(", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count), highlight=False)
+    text(capture.get(), end="")
 
 
 @contextmanager

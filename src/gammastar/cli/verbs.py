@@ -10,6 +10,9 @@ import typer
 from gammastar import __version__, mission
 from gammastar.cli import output
 from gammastar.errors import MissionError
+from gammastar.mission.complaint import shown
+
+DEEPEST_KEY = 8  # levels of a dotted key; missions have three
 
 app = typer.Typer(
     add_completion=False,
@@ -51,7 +54,7 @@ def start(
 def fly(
     name: MissionName,
     out: Annotated[
-        Path | None,
+        str | None,
         typer.Option(metavar="DIR", help="Write mission.toml, flight.parquet, summary.json and figures there."),
     ] = None,
     changes: Changes = None,
@@ -59,16 +62,18 @@ def fly(
     figures: Annotated[bool, typer.Option(help="Whether --out draws figures.")] = True,
 ) -> int:
     """Fly a mission and print its numbers."""
-    from gammastar.report.folder import flight_summary, require_libraries, require_place, write_folder
+    from gammastar.report.folder import file_names, flight_summary, require_libraries, write_folder
+    from gammastar.report.place import chosen_folder
 
     chosen = _mission(name, changes)
+    folder = None
     if out is not None:
-        require_place(out)
+        folder = chosen_folder(out, file_names(figures), None if name in mission.names() else Path(name))
         require_libraries(figures)
     with output.progress("flying") as progress:
         record = chosen.fly(progress)
     summary = flight_summary(chosen, record, __version__)
-    files = write_folder(out, chosen, record, summary, figures) if out is not None else []
+    files = write_folder(folder, chosen, record, summary, figures) if folder is not None else []
     output.flight(summary, files, as_json)
     return 0 if record.completed else 1
 
@@ -91,18 +96,17 @@ def show(name: MissionName, changes: Changes = None, as_json: AsJson = False) ->
 
 @app.command()
 def reproduce(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where figures and the index page go.")] = Path(
-        "out/reproduce"
-    ),
+    out: Annotated[str, typer.Option(metavar="DIR", help="Where figures and the index page go.")] = "out/reproduce",
     as_json: AsJson = False,
 ) -> None:
     """Draw Figures 3 to 17 of the paper and an index page that sets our numbers beside them."""
-    from gammastar.report.folder import require_place
-    from gammastar.report.reproduce import reproduce as draw
+    from gammastar.report import reproduce as report
+    from gammastar.report.place import chosen_folder
 
-    require_place(out)
+    folder = chosen_folder(out, report.file_names())
     with output.progress("drawing") as progress:
-        output.reproduction(draw(out, progress), out, as_json)
+        numbers = report.reproduce(folder, progress)
+    output.reproduction(numbers, folder / report.INDEX, as_json)
 
 
 @app.command()
@@ -119,13 +123,20 @@ def claims(as_json: AsJson = False) -> int:
 
 def _mission(name: str, changes: list[str] | None) -> mission.Mission:
     """Return the mission of a name or file, with the values of every --set."""
-    values: dict[str, Any] = {}
-    for change in changes or []:
-        key, sign, text = change.partition("=")
-        if not sign or not key.strip():
-            raise MissionError(
-                f'--set must have the form key=value (got "{change}"); write for example --set path.radius=2', key
-            )
-        values[key.strip()] = mission.value(text.strip())
+    values = dict(_change(each) for each in changes or [])
     chosen = mission.load(name)
     return chosen.with_values(values) if values else chosen
+
+
+def _change(words: str) -> tuple[str, Any]:
+    """Return key and value of one --set."""
+    key, sign, value = (part.strip() for part in words.partition("="))
+    if not sign or not key:
+        raise MissionError(
+            f"--set must have the form key=value (got {shown(words)}); write for example --set path.radius=2", key
+        )
+    if key.count(".") >= DEEPEST_KEY:
+        raise MissionError(
+            f"--set must name a key at most {DEEPEST_KEY} levels deep (got {shown(key)}); see gammastar show", key
+        )
+    return key, mission.value(value)

@@ -1,25 +1,24 @@
 """The folder of a flight: its mission to fly again, its rows, its summary and its figures.
 
-Every file appears whole or not at all: all of them are made beside their places, and moved there when the last one is complete.
+They appear together or not at all.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import os
 import platform
-import tempfile
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from gammastar.errors import InputError, MissingExtraError
+from gammastar.errors import MissingExtraError
 from gammastar.flight import FlightRecord
 from gammastar.flight.record import Summary
 from gammastar.mission import Mission
 from gammastar.mission.turn import record_columns
+from gammastar.report.place import filled
 
 ROWS, SUMMARY, MISSION = "flight.parquet", "summary.json", "mission.toml"
 
@@ -46,17 +45,17 @@ def flight_summary(mission: Mission, record: FlightRecord, version: str) -> Summ
 
 
 def to_json(values: Mapping[str, Any]) -> str:
-    """Return one JSON object as text, newline included; what is not finite becomes null."""
-    return json.dumps(_finite(values), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Return one JSON object as ASCII text, newline included; what is not finite becomes null."""
+    return json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
 
 
-def require_place(folder: Path) -> None:
-    """Raise `InputError` now if a folder could not be made or written later."""
-    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not there.is_dir():
-        raise InputError(f"out must be a folder (got {folder}, and {there} is a file); choose another name")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"out must be a folder that can be written (got {folder}, in {there}); choose another place")
+def file_names(figures: bool = True) -> list[str]:
+    """Return the names of the files that `write_folder` writes."""
+    from gammastar.figures.flight import DRAWINGS
+    from gammastar.figures.save import FORMATS
+
+    drawn = [f"{name}.{kind}" for name in DRAWINGS for kind in FORMATS] if figures else []
+    return [MISSION, ROWS, SUMMARY, *drawn]
 
 
 def require_libraries(figures: bool = True) -> None:
@@ -80,9 +79,7 @@ def write_folder(
         MissingExtraError: pyarrow is not installed, or matplotlib when figures are wanted.
         OSError: The folder cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".gammastar-", dir=folder) as workbench:
-        made = Path(workbench)
+    with filled(folder) as made:
         (made / MISSION).write_text(mission.toml(), encoding="utf-8", newline="\n")
         (made / SUMMARY).write_text(to_json(summary), encoding="utf-8", newline="\n")
         _write_rows(made / ROWS, mission, record)
@@ -91,10 +88,7 @@ def write_folder(
 
             for name, figure in draw_flight(record, mission.title).items():
                 save(figure, made / name)
-        files = sorted(file for file in made.iterdir() if not file.name.startswith("."))
-        for file in files:
-            os.replace(file, folder / file.name)
-    return [folder / file.name for file in files]
+    return [folder / name for name in sorted(file_names(figures))]
 
 
 def _write_rows(file: Path, mission: Mission, record: FlightRecord) -> None:

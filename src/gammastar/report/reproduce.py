@@ -14,7 +14,7 @@ from gammastar.errors import UnknownNameError
 from gammastar.figures import save, style
 from gammastar.figures.flight import DRAWINGS
 from gammastar.figures.history import draw_states
-from gammastar.figures.save import write_whole
+from gammastar.figures.save import FORMATS
 from gammastar.flight import FlightRecord
 from gammastar.law.gains import describe
 from gammastar.report.effort import effort_table
@@ -22,12 +22,14 @@ from gammastar.report.folder import to_json
 from gammastar.report.measures import measures
 from gammastar.report.messages import MESSAGES, SCENARIOS, Message
 from gammastar.report.page import page
+from gammastar.report.place import filled
 from gammastar.report.verdict import Context, Judgement
 
 FLIGHT_SHARE, EFFORT_SHARE = (
     10,
     10,
 )  # steps of progress that a flight and the table of efforts count for; a figure counts for one
+INDEX, NUMBERS = "index.html", "numbers.json"
 TRANSVERSE_UNITS = ("m$^2$", "m")  # of s1 = x1^2 + x2^2 - 1 and s2 = x3 - 10
 
 
@@ -39,7 +41,7 @@ def reproduce(
     """Write figure-03 ... figure-17 (PNG and SVG), index.html and numbers.json into a folder, and return the numbers.
 
     Args:
-        out: Folder, made when missing; files of the same names are replaced, each in one move.
+        out: Folder, made when missing; files of the same names are replaced when all are complete.
         progress: Called with (steps done, steps in all).
         missions: Variants of scenarios by name, such as one with other poles; the built-in missions otherwise.
 
@@ -52,7 +54,6 @@ def reproduce(
         if name not in SCENARIOS:
             raise UnknownNameError("a scenario of section VI", name, SCENARIOS)
     style.require_matplotlib()
-    out.mkdir(parents=True, exist_ok=True)
     steps = _Steps(progress, FLIGHT_SHARE * len(SCENARIOS) + EFFORT_SHARE + len(MESSAGES))
     records = {}
     for name in SCENARIOS:
@@ -62,13 +63,23 @@ def reproduce(
     numbers = _numbers(records)
     steps.advance(EFFORT_SHARE)
     judged = [(each, each.judge(_context(each, numbers))) for each in MESSAGES]
-    for message, _ in judged:
-        save(_drawn(message, records[message.scenario]), out / message.stem)
-        steps.advance(1)
     numbers["figures"] = [_entry(message, judgement) for message, judgement in judged]
-    write_whole(out / "numbers.json", to_json(numbers).encode())
-    write_whole(out / "index.html", page(judged, numbers).encode())
+    with filled(out) as made:
+        for message, _ in judged:
+            save(_drawn(message, records[message.scenario]), made / message.stem)
+            steps.advance(1)
+        (made / NUMBERS).write_text(to_json(numbers), encoding="utf-8", newline="\n")
+        (made / INDEX).write_text(page(judged, numbers), encoding="utf-8", newline="\n")
     return numbers
+
+
+def file_names() -> list[str]:
+    """Return the names of the files that `reproduce` writes."""
+    return [INDEX, NUMBERS, *(name for message in MESSAGES for name in _files(message))]
+
+
+def _files(message: Message) -> list[str]:
+    return [f"{message.stem}.{kind}" for kind in FORMATS]
 
 
 def _numbers(records: Mapping[str, FlightRecord]) -> dict[str, Any]:
@@ -104,7 +115,7 @@ def _entry(message: Message, judgement: Judgement) -> dict[str, Any]:
         "verdict": judgement.verdict.value,
         "numbers": dict(judgement.numbers),
         "remark": judgement.remark,
-        "files": [f"{message.stem}.png", f"{message.stem}.svg"],
+        "files": _files(message),
     }
 
 

@@ -1,0 +1,90 @@
+"""What a command owes the shell around it: streams that degrade instead of failing, and signals that end it cleanly."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any, TextIO
+
+STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+INTERRUPTED = 128 + signal.SIGINT  # as shells count what a signal ends
+AGAIN = 0.01  # [s] after which a lost interrupt is sent again
+PIPE_CLOSED = 128 + 13  # SIGPIPE, which Python turns into an error
+
+
+def prepare_streams() -> bool:
+    """Let stdout and stderr escape what their encoding lacks, and open a missing stderr onto nothing; return whether stdout is open."""
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - it is stderr from here on
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    return sys.stdout is not None
+
+
+def settle_streams() -> None:
+    """Flush stdout and stderr; what cannot be written is dropped, so that Python does not complain of it on its way out."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            _drop(stream)
+
+
+def note(words: str) -> None:
+    """Print a line on stderr; that nobody can receive it is no reason to fail."""
+    with contextlib.suppress(OSError):
+        print(words, file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def stopped_by_signals() -> Iterator[list[int]]:
+    """Let every signal of `STOPS` interrupt as Ctrl-C does, so that temporary files go; yield the list of those received.
+
+    A signal that whoever started the process has chosen to ignore stays ignored.  An interrupt that meets a destructor is lost
+    there, as Python has it, so it is sent again a little later.
+    """
+    received: list[int] = []
+
+    def stop(number: int, _: Any) -> None:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    def send_again(lost: Any) -> None:
+        if not received or lost.exc_type is not KeyboardInterrupt:
+            unraisable(lost)
+            return
+        timer = threading.Timer(AGAIN, signal.pthread_kill, (threading.get_ident(), received[-1]))
+        timer.daemon = True
+        timer.start()
+
+    if threading.current_thread() is not threading.main_thread():  # handlers belong to the main thread
+        yield received
+        return
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    before = {each: signal.signal(each, stop) for each in STOPS if signal.getsignal(each) in usual}
+    unraisable, sys.unraisablehook = sys.unraisablehook, send_again
+    try:
+        yield received
+    finally:
+        sys.unraisablehook = unraisable
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Return whether an error is an interrupt, or what a library in another language makes of one."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
+def _drop(stream: TextIO) -> None:
+    """Let a stream lead nowhere from now on."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
