@@ -13,9 +13,11 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar.checks import array
 from gammastar.errors import PathError
+from gammastar.path.arc_length import ArcLength
 from gammastar.taylor import Series
 
 ORDER = 4  # outputs are differentiated up to snap, the first derivative that the input reaches
@@ -109,6 +111,34 @@ class Path(ABC):
     @abstractmethod
     def distances(self, positions: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Return the distances (n,) [m] of positions (n, 3) to the path, continued from parameters (n,)."""
+
+    def length(self, first: float | None = None, last: float | None = None) -> float:
+        """Return the length [m] between two parameters, by default of the whole domain: one round of a closed path."""
+        low, high = self.domain
+        ends = np.array([low if first is None else first, high if last is None else last], dtype=float)
+        return float(np.diff(self.arc_length(ends))[0])
+
+    def arc_length(self, parameters: ArrayLike) -> np.ndarray:
+        """Return the arc length (n,) [m] from the start of the domain to parameters (n,), negative before it.
+
+        A closed path counts every round.  Relative error below 1e-9, of a path that its jets resolve.
+
+        Raises:
+            PathError: The path has no finite speed there, or pi does not get there.
+        """
+        return self._arc_length.at(np.atleast_1d(np.asarray(parameters, dtype=float)))
+
+    def at_length(self, lengths: ArrayLike) -> np.ndarray:
+        """Return the parameters (n,) at arc lengths (n,) [m] from the start of the domain, the inverse of `arc_length`.
+
+        Raises:
+            PathError: The path is not as long.
+        """
+        return self._arc_length.parameters(np.atleast_1d(np.asarray(lengths, dtype=float)))
+
+    @functools.cached_property
+    def _arc_length(self) -> ArcLength:
+        return ArcLength(self.name, self.jets, self.domain, self.period is not None)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields alone: graphs that have been built from them are built again where they are needed."""

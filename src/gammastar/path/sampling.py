@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from gammastar.errors import PathError
+from gammastar.path.arc_length import integrals, speed_jets
 from gammastar.path.base import JET_ORDER, Path
 
 INTERVALS = 4096  # of the first grid
@@ -140,8 +141,8 @@ class Samples:
             np.isfinite(jets).all(axis=(1, 2))[:, None, None],
         )  # else point and rates of the sample before
         jets = np.where(finite, jets, self.jets[before])
-        arc_lengths = self.arc_lengths[before] + _hermite(
-            wanted - self.parameters[before], _speed_jets(self.jets[before]), _speed_jets(jets)
+        arc_lengths = self.arc_lengths[before] + integrals(
+            wanted - self.parameters[before], speed_jets(self.jets[before]), speed_jets(jets)
         )
         return [
             Place(float(parameter), float(arc_length), (float(x), float(y), float(z)))
@@ -214,24 +215,5 @@ def _long(samples: Samples) -> np.ndarray:
 
 def _lengths(parameters: np.ndarray, jets: np.ndarray) -> np.ndarray:
     """Return the arc lengths (n - 1,) [m] between neighbouring samples."""
-    rates = _speed_jets(jets)
-    return _hermite(np.diff(parameters), rates[:-1], rates[1:])
-
-
-def _hermite(step: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return integrals (m,) over steps (m,) of the quintics with value and two derivatives (m, 3) given at both ends.
-
-    Order 6: halving the step divides the error of the sum by 64.
-    """
-    mean, slope = (before + after) / 2, (before - after) / 10
-    return np.asarray(step * mean[:, 0] + step**2 * slope[:, 1] + step**3 * mean[:, 2] / 60)
-
-
-def _speed_jets(jets: np.ndarray) -> np.ndarray:
-    """Return |sigma'| and its first two derivatives (n, 3); at a cusp, where they do not exist, zeros."""
-    first, second, third = jets[:, 1], jets[:, 2], jets[:, 3]
-    speed = np.linalg.norm(first, axis=1)
-    safe = np.where(speed > 0, speed, np.inf)
-    rate = np.sum(first * second, axis=1) / safe
-    bend = (np.sum(second * second + first * third, axis=1) - rate**2) / safe
-    return np.column_stack([speed, rate, bend])
+    rates = speed_jets(jets)
+    return integrals(np.diff(parameters), rates[:-1], rates[1:])
