@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +103,23 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
         read_points(tmp_path / "nowhere.csv")
     with pytest.raises(InputError, match="directory"):
         read_points(tmp_path)
+
+
+def test_a_device_and_a_pipe_are_refused_unread(tmp_path: Path) -> None:
+    """The one has no end, and the other would be waited for."""
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for file in (Path("/dev/zero"), pipe):
+        with pytest.raises(InputError, match=rf"an ordinary file \(got {file}, a device or a pipe\)"):
+            read_points(file)
+
+
+def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+    huge = tmp_path / "huge.csv"
+    with huge.open("wb") as file:
+        file.truncate(60_000_000)
+    with pytest.raises(InputError, match=r"at most 50 MB \(got .*huge.csv of 60 MB\)"):
+        read_points(huge)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import re
+import stat
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from gammastar.errors import InputError
 
 AXES = ("x", "y", "z")
 DELIMITERS = (",", ";", "\t")  # the one that a file's first line holds most of; blanks where it holds none
+LARGEST = 50_000_000  # bytes of a file, some half a million points
 SHOWN = 60  # characters of a file that a message repeats
 
 
@@ -24,8 +26,8 @@ def read_points(file: str | os.PathLike[str]) -> np.ndarray:
     skipped.
 
     Raises:
-        InputError: The file cannot be read, has fewer than two points, or a line is not three finite numbers or repeats
-            the point before it; with the line.
+        InputError: The file cannot be read, is a device or larger than `LARGEST`, has fewer than two points, or a line is not
+            three finite numbers or repeats the point before it; with the line.
     """
     path = Path(file)
     lines = _lines(path)
@@ -52,12 +54,20 @@ def read_points(file: str | os.PathLike[str]) -> np.ndarray:
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that hold something, with their numbers from one."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        found = path.stat()
+        is_special = not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode))
+        text = "" if is_special or found.st_size > LARGEST else path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text in UTF-8"
         raise InputError(
             f"points must come from a readable text file (got {path}: {reason}); check the name"
         ) from error
+    if is_special:
+        raise InputError(f"points must come from an ordinary file (got {path}, a device or a pipe); save them first")
+    if found.st_size > LARGEST:
+        raise InputError(
+            f"a file of points must have at most {LARGEST / 1e6:g} MB (got {path} of {found.st_size / 1e6:.3g} MB); thin it out"
+        )
     lines = enumerate(text.splitlines(), start=1)
     return [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
 
