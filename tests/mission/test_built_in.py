@@ -1,18 +1,26 @@
 """The missions that come with gammastar: each flies, settles, and does what its first lines say."""
 
 import functools
+import re
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gammastar import design, paths
+from gammastar.errors import SingularStartError
 from gammastar.flight import FlightRecord
 from gammastar.law.design import DEFAULT_POLES
 from gammastar.mission import load, names
-from gammastar.path import ImplicitPath
+from gammastar.path import ImplicitPath, ParametricPath
 from strategies import PAPER_POSITION, PAPER_VEHICLE, UPRIGHT, UPSIDE_DOWN
 
 SEEDS = 100
+APPROACHING = (
+    "anywhere",
+    "waypoints",
+)  # from so far away that the law is bent, so there is no closed form of the whole flight
 
 
 @functools.cache
@@ -21,7 +29,15 @@ def flown(name: str) -> FlightRecord:
 
 
 def test_the_names_are_these() -> None:
-    assert names() == ["helix", "loop", "noisy", "stop", "upright", "upside-down"]
+    assert names() == ["anywhere", "helix", "knot", "loop", "noisy", "stop", "upright", "upside-down", "waypoints"]
+
+
+def test_the_reference_lists_every_mission() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "missions.md").read_text(encoding="utf-8")
+    listed = re.findall(
+        r"`([\w-]+)`", " ".join(re.findall(r"^\| (`[^|]*) \|", page.split("## Built in")[1].split("## Paths")[0], re.M))
+    )
+    assert sorted(listed) == names()
 
 
 @pytest.mark.parametrize("name", names())
@@ -40,11 +56,68 @@ def test_every_mission_settles(name: str) -> None:
     assert summary["so3_drift"] <= 1e-12
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name != "noisy"])
+@pytest.mark.parametrize("name", [name for name in names() if name not in {"noisy", *APPROACHING}])
 def test_every_nominal_mission_flies_its_closed_form(name: str) -> None:
     summary = flown(name).summary()
     assert summary["distance_m"]["max_after_settling"] <= 1e-3
     assert summary["oracle"]["max_position_error_m"] <= 1e-8
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_mission_is_certified(name: str) -> None:
+    assert load(name).certify().flyable
+
+
+@pytest.mark.parametrize("name", APPROACHING)
+def test_an_approach_waits_and_then_leaves_the_law_alone(name: str) -> None:
+    record = flown(name)
+    assert record.waiting.any()
+    assert not record.constrained[record.time > 6].any()
+    summary = record.summary()
+    assert summary["distance_m"]["max_after_settling"] <= 1e-3
+    assert summary["distance_m"]["max_last_quarter"] <= 1e-9
+    assert summary["settling_time_s"]["measured"] < 10
+
+
+def test_the_start_on_the_axis_is_a_focal_point() -> None:
+    record = flown("anywhere")
+    assert record.focal_margin[0] == 0
+    assert record.waiting[0]
+    with pytest.raises(SingularStartError):
+        design(record.law.vehicle, record.law.path).start_vector(record.start)
+
+
+def off_nose(record: FlightRecord, wanted: np.ndarray, after: float) -> float:
+    """Return the largest angle [deg] about the third body axis from the nose to directions (n, 3), late in a flight."""
+    late = record.time > after
+    side, front = (np.einsum("ni,ni->n", record.attitude[late, :, k], wanted[late]) for k in (1, 0))
+    return float(np.abs(np.degrees(np.arctan2(side, front))).max())
+
+
+@pytest.mark.parametrize(("name", "angle"), [("anywhere", 1e-6), ("waypoints", 8.0)])
+def test_the_nose_is_along_the_path(name: str, angle: float) -> None:
+    """It is there on a circle, and lags a little where the turning of the tangent changes."""
+    record = flown(name)
+    assert isinstance(record.law.path, ParametricPath)
+    assert off_nose(record, record.law.path.tangents(record.tangential_state[:, 0]), 15) < angle
+
+
+def test_the_nose_is_towards_the_middle_of_the_knot() -> None:
+    record = flown("knot")
+    assert off_nose(record, [0, 0, -3] - record.position, 15) < 4
+
+
+def test_the_track_goes_through_its_waypoints() -> None:
+    mission, record = load("waypoints"), flown("waypoints")
+    for point in mission.values()["path"]["points"]:
+        gaps = np.linalg.norm(record.position[record.time > 15] - np.multiply(point, [1, -1, -1]), axis=1)
+        assert gaps.min() < 3e-3  # rows are 4 mm apart
+
+
+def test_the_knot_is_the_trefoil_of_the_catalogue() -> None:
+    knot, angles = load("knot").with_values({"path.rotation": {}}).law().path, np.linspace(0, 6, 40)
+    expected = paths.trefoil(radius=3.0, height=-1.0).points(angles) * [1, -1, -1] - [0, 0, 3]
+    assert np.allclose(knot.points(angles), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(

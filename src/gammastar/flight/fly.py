@@ -18,6 +18,7 @@ from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
+from gammastar.law.design import Yaw
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -96,27 +97,17 @@ def fly(
         raise InputError(
             "sensor noise needs sampled feedback (got continuous); choose feedback 'start' or 'middle' and a rate"
         )
-    interval, substeps, steps = timing(feedback, step, rate, duration)
-    x, parameter = law.start_vector(start)
-    loop = ClosedLoop(
-        law=law,
-        truth=law.vehicle if truth is None else truth,
-        reference=wanted.resolved(law.path, parameter),
-        yaw=number(yaw_reference, "yaw reference") if heading is None else heading,
-        integrator=integrator_by_name(integrator),
-        feedback=feedback,  # type: ignore[arg-type]
-        interval=interval,
-        substeps=substeps,
-        noisy=noise is not None,
+    yaw = number(yaw_reference, "yaw reference") if heading is None else heading
+    loop, first, steps = prepared(
+        law, start, wanted, yaw, duration, step, feedback, rate, integrator, truth, noise is not None
     )
-    first = loop.start(x, parameter)
-    _require_finite(first)
+    interval, substeps = loop.interval, loop.substeps
     seed = whole(seed, "seed")
     samples = np.zeros((NOISE_SIZE, steps + 1)) if noise is None else noise.samples(seed, steps + 1)
     times = np.arange(steps + 1) * interval
     exogenous = np.vstack([times, samples])
-    watch = Watch(interval / substeps, SMALLEST_THRUST * x[18])
-    if turns_too_far(x[15:18], watch.step):
+    watch = Watch(interval / substeps, SMALLEST_THRUST * first[18])
+    if turns_too_far(first[15:18], watch.step):
         watch.status, exogenous = Status.UNRESOLVED, exogenous[:, :0]
     states, observations = engine.scan(
         loop.step(),
@@ -136,6 +127,43 @@ def fly(
             record,
         )
     return record
+
+
+def prepared(
+    law: Law,
+    start: State,
+    reference: AnyReference,
+    yaw: Yaw,
+    duration: float,
+    step: float,
+    feedback: str,
+    rate: float | None,
+    integrator: str,
+    truth: Vehicle | None,
+    noisy: bool,
+) -> tuple[ClosedLoop, np.ndarray, int]:
+    """Return the closed loop of a flight, its state at the start (27,), and its intervals; nothing after this refuses the flight.
+
+    Raises:
+        SingularStartError: The law has no finite input at the start.
+        InputError: The times, the reference or the heading do not fit.
+    """
+    interval, substeps, steps = timing(feedback, step, rate, duration)
+    x, parameter = law.start_vector(start)
+    loop = ClosedLoop(
+        law=law,
+        truth=law.vehicle if truth is None else truth,
+        reference=reference.resolved(law.path, parameter),
+        yaw=yaw,
+        integrator=integrator_by_name(integrator),
+        feedback=feedback,  # type: ignore[arg-type]
+        interval=interval,
+        substeps=substeps,
+        noisy=noisy,
+    )
+    first = loop.start(x, parameter)
+    _require_finite(first)
+    return loop, first, steps
 
 
 def _record(

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, SensorNoise, fly
-from gammastar.flight.loop import interval_of
+from gammastar.flight.fly import prepared
+from gammastar.flight.loop import interval_of, timing
 from gammastar.law import AnyReference, Approach, Heading, Law, Legs, Point, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import turn
@@ -40,9 +41,14 @@ class Mission:
             _, parameter = law.start_vector(start)
         with within("[reference]"):
             self._reference.resolved(law.path, parameter)
+        controller, flight = self.file.controller, self.file.flight
         with within("[controller]"):
-            interval_of(self.file.controller.feedback, self.file.flight.step, self.file.controller.rate)
-        self._built()
+            interval_of(controller.feedback, flight.step, controller.rate)
+        with within("[flight]"):
+            timing(controller.feedback, flight.step, controller.rate, flight.duration)
+        noisy, yaw = self._noise is not None, self._yaw if self._heading is None else self._heading
+        assert self._limits  # refuses bad limits now, not when the mission is certified
+        prepared(law, start, self._reference, yaw, noisy=noisy, **self._conditions)
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Mission:
@@ -97,23 +103,17 @@ class Mission:
 
     def fly(self, progress: Callable[[int, int], None] | None = None) -> FlightRecord:
         """Fly the mission and return its record, in `ned`; progress is called with (steps done, steps in all)."""
-        controller, flight = self.file.controller, self.file.flight
         return fly(
             self._law,
             self._start,
             reference=self._reference,
-            duration=flight.duration,
-            step=flight.step,
-            feedback=controller.feedback,
-            rate=controller.rate,
-            integrator=flight.integrator,
-            truth=None if self._truth is self._law.vehicle else self._truth,
             noise=self._noise,
-            seed=flight.seed,
-            yaw_reference=turn.yaw_in_ned(controller.yaw_reference, self.frame),
+            seed=self.file.flight.seed,
+            yaw_reference=self._yaw,
             heading=self._heading,
-            settled_within=flight.settled_within,
+            settled_within=self.file.flight.settled_within,
             progress=progress,
+            **self._conditions,
         )
 
     def values(self) -> dict[str, Any]:
@@ -148,9 +148,23 @@ class Mission:
     def __reduce__(self) -> Any:
         return Mission.from_values, (self.file.model_dump(exclude_unset=True) | {"path": self.file.path.written()},)
 
-    def _built(self) -> tuple[Vehicle, Heading | None, SensorNoise | None, Limits]:
-        """Return what nothing else above has asked for yet; building it is its check."""
-        return self._truth, self._heading, self._noise, self._limits
+    @property
+    def _conditions(self) -> dict[str, Any]:
+        """Return what `fly` and `prepared` both take."""
+        controller, flight = self.file.controller, self.file.flight
+        return {
+            "duration": flight.duration,
+            "step": flight.step,
+            "feedback": controller.feedback,
+            "rate": controller.rate,
+            "integrator": flight.integrator,
+            "truth": None if self._truth is self._law.vehicle else self._truth,
+        }
+
+    @property
+    def _yaw(self) -> float:
+        """Return the constant reference of the yaw output, in `ned`."""
+        return turn.yaw_in_ned(self.file.controller.yaw_reference, self.frame)
 
     @functools.cached_property
     def _law(self) -> Law:
@@ -222,7 +236,8 @@ class Mission:
                 "rate, such as 400, in [controller]",
                 "controller.rate",
             )
-        return self.file.noise.at(self.file.controller.rate)
+        with within("[noise]"):
+            return self.file.noise.at(self.file.controller.rate)
 
 
 def _asked_speed(reference: AnyReference) -> float:
