@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 import gammastar as gs
+from gammastar.errors import InputError
+from gammastar.path.sampling import sample
+from gammastar.path.smoothness import jumps
 from gammastar.path.waypoints import WaypointPath
 
 VEHICLE = gs.Vehicle(mass=0.5, inertia=(3.65e-3, 3.68e-3, 7.03e-3), gravity=9.81)
@@ -43,6 +46,32 @@ def test_a_flight_along_waypoints_follows_its_closed_form(path: WaypointPath) ->
     assert flight.completed
     assert flight.distance[-1] < 1e-9
     assert flight.summary()["oracle"]["max_position_error_m"] < 1e-7
+
+
+def test_an_extended_path_runs_straight_on_smoothly() -> None:
+    """No jump of five derivatives is found over the whole domain, the ends are straight, and the waypoints keep their places."""
+    plain, path = gs.waypoints(POINTS), gs.waypoints(POINTS, before=3.0, after=5.0, blend=2.0)
+    low, high = path.domain
+    assert (low, high) == pytest.approx((-3, plain.domain[1] + 5), abs=1e-12)
+    assert jumps(sample(path)) == []
+    ends = path.jets(np.array([low, low + 0.9, high - 2.9, high, high + 10]))
+    assert ends[:, 2:] == pytest.approx(np.zeros((5, 4, 3)), abs=1e-11)
+    grid = np.linspace(*plain.domain, 50)
+    assert path.jets(grid) == pytest.approx(plain.jets(grid), abs=1e-12)
+    assert gs.waypoints(POINTS, after=1.0).domain[0] == 0
+    with pytest.raises(InputError, match="only an open path is extended"):
+        gs.waypoints(POINTS, closed=True, before=1.0)
+
+
+def test_a_vehicle_flies_on_along_the_extension() -> None:
+    """Over the last waypoint and 4 m of the straight: the distance stays rounding."""
+    path = gs.waypoints(POINTS, before=3.0, after=9.0)
+    law = gs.design(VEHICLE, path, poles=-3)
+    length = path.spline.knots[-1] - 9.0
+    point = path.points(np.array([length - 4.0]))[0]
+    flight = gs.fly(law, gs.State(position=point), speed=1.0, duration=9.0)
+    assert flight.tangential_state[-1, 0] > length + 3
+    assert flight.distance.max() < 1e-6
 
 
 def test_a_closed_path_goes_round_more_than_once() -> None:

@@ -27,9 +27,8 @@ from gammastar.mission.values import (
     section_of,
 )
 from gammastar.path import Path, catalogue
-from gammastar.path.extension import extended
 from gammastar.path.formula import curve_from_formula, implicit_from_formula
-from gammastar.path.interpolation import SPACINGS, interpolated
+from gammastar.path.interpolation import SPACINGS
 from gammastar.path.placement import ORIGIN, Placement, placed
 from gammastar.path.table import read_points
 from gammastar.path.waypoints import WaypointPath, waypoints
@@ -67,9 +66,9 @@ class SplineSection(PathSection):
 
     closed: Flag = default_of(waypoints, "closed")
     spacing: Annotated[str, one_of(SPACINGS)] = default_of(waypoints, "spacing")
-    before: Number = default_of(extended, "before")  # [m] straight on ahead of the first point
-    after: Number = default_of(extended, "after")  # [m] straight on beyond the last point
-    blend: Number | None = default_of(extended, "blend")  # [m] in which the bend fades out there
+    before: Number = default_of(waypoints, "before")  # [m] straight on ahead of the first point
+    after: Number = default_of(waypoints, "after")  # [m] straight on beyond the last point
+    blend: Number | None = default_of(waypoints, "blend")  # [m] in which the bend fades out there
 
     @property
     def rows(self) -> Any:
@@ -79,10 +78,8 @@ class SplineSection(PathSection):
     def path(self, frame: str) -> WaypointPath:
         """Return the path, in `ned`."""
         points = Placement(**self.placement(frame)).points(turn.points_in_ned(self.rows, frame))
-        spline = interpolated(points, self.closed, self.spacing)  # type: ignore[arg-type]
-        if self.before != 0 or self.after != 0 or self.blend is not None:
-            spline = extended(spline, self.before, self.after, self.blend)
-        return WaypointPath(spline)
+        spacing: Any = self.spacing
+        return waypoints(points, self.closed, spacing, before=self.before, after=self.after, blend=self.blend)
 
 
 class WaypointsSection(SplineSection):

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
+from gammastar.path.extension import extended
 from gammastar.path.interpolation import interpolated
 from gammastar.path.jet import Jet
 from gammastar.path.regularity import check_regular
@@ -80,7 +81,14 @@ class WaypointPath(ParametricPath):
 
 
 def waypoints(
-    points: ArrayLike, closed: bool = False, spacing: Literal["chord", "centripetal"] = "chord", name: str = "waypoints"
+    points: ArrayLike,
+    closed: bool = False,
+    spacing: Literal["chord", "centripetal"] = "chord",
+    name: str = "waypoints",
+    *,
+    before: float = 0.0,
+    after: float = 0.0,
+    blend: float | None = None,
 ) -> WaypointPath:
     """Return the C^6 path of least snap through points (n, 3) [m], world; see `gammastar.path.interpolation`.
 
@@ -89,8 +97,14 @@ def waypoints(
         closed: Return to the first point.
         spacing: Of the parameter: 'chord' is close to the distance flown, 'centripetal' tamer where distances differ much.
         name: For messages.
+        before: Straight on ahead of the first point [m], of an open path; see `gammastar.path.extension`.
+        after: Likewise beyond the last point [m].
+        blend: How much of that the bend takes to fade out [m].
     """
-    return WaypointPath(interpolated(points, closed, spacing), name)
+    spline = interpolated(points, closed, spacing)
+    if before != 0 or after != 0 or blend is not None:
+        spline = extended(spline, before, after, blend)
+    return WaypointPath(spline, name)
 
 
 def _horner(rows: Any, step: Any, derivative: int) -> Any:
