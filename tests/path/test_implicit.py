@@ -213,5 +213,10 @@ def test_points_far_along_a_path_are_found() -> None:
 
 def test_a_trace_ends_in_bounded_time() -> None:
     wave = ImplicitPath(lambda x, y, z: y - ca.sin(x), lambda x, y, z: z, lambda x, y, z: x, seed=(0, 0, 0))
-    with pytest.raises(PathError, match=r"as far as 1e\+09 \(got nothing beyond"):
+    with pytest.raises(PathError, match=r"must be traced to pi = 1e\+09 in 200000 steps \(got to"):
         wave.points(np.array([1e9]))
+    with pytest.raises(PathError, match="must be traced"):
+        wave.distances(np.array([[1e9, 1, 0]]), np.array([1e9]))
+    grid = np.linspace(-4, 4, 100_001)
+    least = np.hypot(grid, 50 - np.sin(grid)).min()  # between samples it is less by 1e-9
+    assert wave.distances(np.array([[0, 50, 0]]), np.zeros(1)) == pytest.approx([least], abs=1e-8)

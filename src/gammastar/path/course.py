@@ -72,7 +72,10 @@ class Course:
         """Return the distances (n,) [m] to the nearest points of the path, whatever pi is.
 
         Of a closed path they are global.  An open one is searched over its domain, the parameters, and as far beyond as a
-        doubling of that brings anything nearer, or to where pi ends.
+        doubling of that brings anything nearer, or to where pi ends or the trace does.
+
+        Raises:
+            PathError: A parameter is too far from the seed to be traced.
         """
         if self.period is not None:
             low, high = self._trace.start, self._trace.start + self.period
@@ -89,7 +92,10 @@ class Course:
             if not any(grows):
                 break
             low, high = low - 2 * margin * grows[0], high + 2 * margin * grows[1]
-            found, distances = nearest(positions, *self._row(low, high), self._jets)
+            try:
+                found, distances = nearest(positions, *self._row(low, high), self._jets)
+            except PathError:  # too far to be traced
+                break
         return distances
 
     def _row(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:

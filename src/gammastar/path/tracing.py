@@ -39,7 +39,12 @@ class Branch:
     parameters: list[np.ndarray] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
     tries: int = 0
-    ended: bool = False
+    ended: bool = False  # no step counts any more
+
+    @property
+    def exhausted(self) -> bool:
+        """Return whether the path may go on, but no more steps are tried."""
+        return self.tries >= MOST_STEPS and not self.ended
 
 
 @dataclass(eq=False)
@@ -74,17 +79,27 @@ class Trace:
                 raise PathError(self._ending(sense, wanted))
 
     def extend(self, sense: int, wanted: float) -> bool:
-        """Trace the path in one direction as far as pi = wanted; return whether it gets there."""
+        """Trace the path in one direction as far as pi = wanted; return whether it gets there.
+
+        Raises:
+            PathError: It is too far; where the path ends is an answer.
+        """
         branch = self._branches[sense]
-        while sense * (wanted - branch.state[0]) > self._tiny and not branch.ended:
+        while sense * (wanted - branch.state[0]) > self._tiny and not branch.ended and not branch.exhausted:
             states = np.array(self._scan(branch.state, sense, wanted))
             moved = np.flatnonzero(np.diff(states[0], prepend=branch.state[0]))
             branch.parameters.append(states[0, moved])
             branch.points.append(states[1:4, moved].T)
             branch.state, branch.tries = states[:, -1], branch.tries + CHUNK
-            branch.ended = bool(abs(branch.state[4]) < self._tiny or branch.tries >= MOST_STEPS)
+            branch.ended = bool(abs(branch.state[4]) < self._tiny)
             self.__dict__.pop("table", None)
-        return bool(sense * (wanted - branch.state[0]) <= self._tiny)
+        arrived = bool(sense * (wanted - branch.state[0]) <= self._tiny)
+        if branch.exhausted and not arrived:
+            raise PathError(
+                f"{self.name} must be traced to pi = {wanted:.6g} in {MOST_STEPS} steps (got to {branch.state[0]:.6g} from "
+                f"{self.start:.6g}); stay nearer to its seed, or move the seed"
+            )
+        return arrived
 
     @functools.cached_property
     def table(self) -> tuple[np.ndarray, np.ndarray]:
