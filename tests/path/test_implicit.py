@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from gammastar.errors import PathError, ShapeError
 from gammastar.path import ImplicitPath
+from gammastar.path.tracing import Trace
 from strategies import CURVES, IMPLICIT, numbers
 
 TWINS = {"implicit circle": "circle", "quadratic circle": "circle", "implicit tilted circle": "tilted circle"}
@@ -124,6 +125,7 @@ def steep(x: ca.SX, y: ca.SX, z: ca.SX) -> ca.SX:
     [
         (angle, np.pi, r"must close after its period \(got a gap of 2 m after 3.14159\)"),
         (angle, 1.0, r"must close after its period \(got a gap of 0.959 m after 1\)"),
+        (angle, 6.283185, r"got a gap of 3.07e-07 m"),
         (angle, 4 * np.pi, r"got a jump from 3.14159 to -3.14159 at \[-1.0, 0.0, 0.0\]\); give the period"),
         (angle, 6.0, "got a jump from 3.14159 to -3.14159"),
         (angle, None, "write an angle with atan2 and give its period"),
@@ -155,6 +157,13 @@ def test_a_point_outside_the_range_of_pi_is_refused_with_the_place_where_it_ends
     assert path.points(np.array([0.999]))[0] == pytest.approx([0.999, -np.sqrt(1 - 0.999**2), 0], abs=1e-12)
     with pytest.raises(PathError, match=r"as far as 1.5 \(got nothing beyond 1, at \[1.0, -?0.0, 0.0\]"):
         path.points(np.array([0.0, 1.5]))
+
+
+def test_a_point_that_newton_steps_do_not_find_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    path = ImplicitPath(**ROUND, coordinate=angle, period=2 * np.pi)
+    monkeypatch.setattr(Trace, "guesses", lambda _, parameters: np.full((len(parameters), 3), 1e-3))
+    with pytest.raises(PathError, match=r"one point for every pi \(got none at 1 "):
+        path.points(np.array([1.0]))
 
 
 DISTORTED = {  # paths whose pi is not the nearest-point projection, each with its explicit form and its parameters

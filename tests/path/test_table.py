@@ -114,7 +114,8 @@ def test_a_device_and_a_pipe_are_refused_unread(tmp_path: Path) -> None:
             read_points(file)
 
 
-def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
+def test_a_huge_file_is_refused_unread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("read"))
     huge = tmp_path / "huge.csv"
     with huge.open("wb") as file:
         file.truncate(60_000_000)

@@ -37,8 +37,8 @@ class ImplicitPath(Path):
 
     Raises:
         PathError: A formula is not a scalar or cannot be differentiated; no point of the path is found from `seed`;
-            the three gradients are dependent there (Assumption 1, Lemma 3); pi jumps or turns back on the way; or the
-            path does not come back to the same point after a period, or does so earlier.
+            the three gradients are dependent there (Assumption 1, Lemma 3); pi jumps or turns back on the way; the
+            path does not come back to the same point after a period; or it is not of class C^5 somewhere.
     """
 
     first: Callable[[Any, Any, Any], Any]  # graph: s1(x, y, z)
