@@ -14,6 +14,7 @@ from gammastar.path.nearest import nearest
 from gammastar.path.tracing import CONVERGED, NEWTON_STEPS, Trace, newton_step
 
 CLOSED = 1e-9  # of the length of a closed path: a gap below this is rounding
+HALVINGS = 60  # of the step over which pi starts again
 ROW = 8  # places between two traced points, in the row that distances are searched in
 MOST_PLACES = 200_000  # of that row, if the trace has fewer points
 DOUBLINGS = 8  # of the stretch of an open path in which nearest points are searched, beyond the domain
@@ -42,6 +43,29 @@ class Course:
             raise PathError(
                 f"{self.name} must close after its period (got a gap of {gap:.3g} m after {self.period:.6g}); correct the period"
             )
+
+        parameters = self._trace.table[0]
+        for k in np.flatnonzero(np.diff(self._turns(parameters, points))):
+            low, high = parameters[k], parameters[k + 1]
+            first, last = points[k : k + 1], points[k + 1 : k + 2]
+            for _ in range(HALVINGS):
+                middle = np.array([(low + high) / 2])
+                found, _ = self._solved(middle)
+                if self._turns(middle, found) == self._turns(np.array([low]), first):
+                    low, first = middle[0], found
+                else:
+                    high, last = middle[0], found
+            if not np.linalg.norm(last - first) <= CLOSED * length:
+                before, after = (float(self.system(point[0])[0][2]) for point in (first, last))
+                raise PathError(
+                    f"pi of {self.name} must be continuous but for whole periods (got a jump from {before:.9g} to {after:.9g} at "
+                    f"{(first[0].round(6) + 0.0).tolist()}, and a period of {self.period:.9g}); correct the period"
+                )
+
+    def _turns(self, parameters: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return how many periods parameters (n,) are ahead of pi at their points (n, 3)."""
+        values = np.array(self.system.map(len(points))(points.T)[0])[2]
+        return np.asarray(np.rint((parameters - values) / self.period))
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) at parameters (n,): Newton steps from the trace.
