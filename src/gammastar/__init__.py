@@ -3,7 +3,7 @@
 import typing as _typing
 
 from gammastar import errors, so3
-from gammastar.flight import INTEGRATORS, FlightRecord, SensorNoise, Status, fly
+from gammastar.flight import INTEGRATORS, FlightRecord, Replacement, SensorNoise, Status, fly
 from gammastar.law import (
     Along,
     Approach,
@@ -13,6 +13,7 @@ from gammastar.law import (
     Legs,
     Point,
     Prediction,
+    Profile,
     Ramp,
     Speed,
     Stop,
@@ -38,7 +39,9 @@ __all__ = [
     "Mission",
     "Point",
     "Prediction",
+    "Profile",
     "Ramp",
+    "Replacement",
     "SensorNoise",
     "Speed",
     "State",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -30,11 +32,18 @@ def one_by_one(function: ca.Function, state: np.ndarray, exogenous: np.ndarray) 
 START = np.array([0.3, -0.2])
 
 
+def scan(
+    function: ca.Function, state: np.ndarray, exogenous: np.ndarray, *rest: Any, **more: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Scan over columns that lie ready."""
+    return engine.scan(function, state, lambda a, b: exogenous[:, a:b], exogenous.shape[1], *rest, **more)
+
+
 @pytest.mark.parametrize("width", [1, 3])
 @pytest.mark.parametrize("steps", [1, 2, CHUNK - 1, CHUNK, CHUNK + 1, 2 * CHUNK, 2 * CHUNK + 7])
 def test_a_scan_is_its_steps_one_after_the_other(steps: int, width: int) -> None:
     exogenous = np.random.default_rng(0).normal(size=(2, steps))
-    found = engine.scan(step(width), START, exogenous)
+    found = scan(step(width), START, exogenous)
     expected = one_by_one(step(width), START, exogenous)
     assert found[0].shape == (2, steps + 1)
     assert found[1].shape == (3, steps * width)
@@ -43,7 +52,7 @@ def test_a_scan_is_its_steps_one_after_the_other(steps: int, width: int) -> None
 
 
 def test_no_steps_leave_the_start() -> None:
-    states, observations = engine.scan(step(), START, np.zeros((2, 0)))
+    states, observations = scan(step(), START, np.zeros((2, 0)))
     assert np.array_equal(states, START[:, None])
     assert observations.shape == (3, 0)
 
@@ -53,7 +62,7 @@ def test_no_steps_leave_the_start() -> None:
 def test_a_scan_ends_where_it_is_told_to(last: int, width: int) -> None:
     """`stop` sees the states after each step of a chunk; what comes after the kept steps is gone."""
     exogenous = np.random.default_rng(1).normal(size=(2, 3 * CHUNK))
-    full, observed = engine.scan(step(width), START, exogenous)
+    full, observed = scan(step(width), START, exogenous)
     seen = []
 
     def stop(after: np.ndarray, observation: np.ndarray) -> int | None:
@@ -63,7 +72,7 @@ def test_a_scan_ends_where_it_is_told_to(last: int, width: int) -> None:
         seen.append(after.shape[1])
         return last - begin if begin <= last < begin + after.shape[1] else None
 
-    states, observations = engine.scan(step(width), START, exogenous, stop=stop)
+    states, observations = scan(step(width), START, exogenous, stop=stop)
     assert np.array_equal(states, full[:, : last + 1])
     assert np.array_equal(observations, observed[:, : last * width])
     assert sum(seen) == (last // CHUNK + 1) * CHUNK  # nothing is computed beyond the chunk
@@ -71,12 +80,12 @@ def test_a_scan_ends_where_it_is_told_to(last: int, width: int) -> None:
 
 def test_progress_counts_up_to_the_end() -> None:
     told: list[int] = []
-    engine.scan(step(), START, np.zeros((2, 2 * CHUNK + 7)), progress=told.append)
+    scan(step(), START, np.zeros((2, 2 * CHUNK + 7)), progress=told.append)
     assert told == [CHUNK, 2 * CHUNK, 2 * CHUNK + 7]
 
 
 def test_the_same_scan_gives_the_same_bytes() -> None:
     exogenous = np.random.default_rng(2).normal(size=(2, 1234))
-    first, second = (engine.scan(step(), START, exogenous) for _ in range(2))
+    first, second = (scan(step(), START, exogenous) for _ in range(2))
     assert first[0].tobytes() == second[0].tobytes()
     assert first[1].tobytes() == second[1].tobytes()

@@ -60,7 +60,7 @@ def turned(
     R, w = advance(field, time, ca.reshape(x[:9], 3, 3), x[9:], duration / steps)
     step = ca.Function("step", [x, time], [ca.densify(ca.vertcat(ca.vec(R), w)), ca.SX(0)])
     times = np.arange(steps)[None] * duration / steps
-    states, _ = engine.scan(step, np.concatenate([so3.stack(attitude), rates]), times)
+    states, _ = engine.scan(step, np.concatenate([so3.stack(attitude), rates]), lambda a, b: times[:, a:b], steps)
     return states[:9].T.reshape(-1, 3, 3).swapaxes(1, 2), states[9:].T
 
 

@@ -1,5 +1,6 @@
 """What runs a graph."""
 
+from gammastar.engine.compiled import compilations, compiled
 from gammastar.engine.machine import CHUNK, scan
 
-__all__ = ["CHUNK", "scan"]
+__all__ = ["CHUNK", "compilations", "compiled", "scan"]

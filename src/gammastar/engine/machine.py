@@ -13,17 +13,19 @@ CHUNK = 500  # steps between two looks at the results; a look costs little, a lo
 def scan(
     step: Any,
     state: np.ndarray,
-    exogenous: np.ndarray,
+    exogenous: Callable[[int, int], np.ndarray],
+    steps: int,
     stop: Callable[[np.ndarray, np.ndarray], int | None] | None = None,
     progress: Callable[[int], None] | None = None,
     chunk: int = CHUNK,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Run (state, exogenous column) -> (next state, observation) over all columns.
+    """Run (state, exogenous column) -> (next state, observation) over a number of steps.
 
     Args:
         step: CasADi function of two inputs and two outputs.
         state: (n,) start.
-        exogenous: (m, steps), one column a step.
+        exogenous: Given a first step and the one after the last, returns their columns (m, count).
+        steps: How many.
         stop: Given the states after and observations of a chunk, return how many of its steps to keep, or None to go
             on.
         progress: Called with the number of steps done so far.
@@ -33,14 +35,13 @@ def scan(
         States (n, steps + 1) with the start first, and observations (k, steps times the columns of one observation);
         both end early when `stop` says so.
     """
-    total = exogenous.shape[1]
     states, observations, done = [np.asarray(state, dtype=float)[:, None]], [], 0
     runs: dict[int, Any] = {}
-    while done < total:
-        count = min(chunk, total - done)
+    while done < steps:
+        count = min(chunk, steps - done)
         if count not in runs:
             runs[count] = step.mapaccum("run", count)
-        columns = exogenous[:, done : done + count]
+        columns = exogenous(done, done + count)
         # .full(): NumPy's own conversion turns a Ctrl-C that arrives inside it into a SystemError
         after, observed = (value.full() for value in runs[count](states[-1][:, -1], columns))
         kept = stop(after, observed) if stop is not None else None

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 
 from gammastar.figures import style
@@ -104,9 +103,7 @@ def draw_margins(record: FlightRecord, title: str = "") -> Figure:
 def reference_jet(record: FlightRecord) -> tuple[np.ndarray, bool]:
     """Return the reference coordinate and four derivatives (n, 5), and whether the coordinate itself was to be held."""
     reference = record.reference.resolved(record.law.path, float(record.tangential_state[0, 0]))
-    symbol = ca.SX.sym("time")
-    jet = ca.Function("reference", [symbol], [ca.densify(reference.jet(symbol))])
-    return np.array(jet.map(len(record.time))(record.time[None, :])).T, reference.holds_position
+    return reference.jets(record.time, record.tangential_state), reference.holds_position
 
 
 def transverse_units(record: FlightRecord) -> tuple[str, str]:

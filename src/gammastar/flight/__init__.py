@@ -2,7 +2,19 @@
 
 from gammastar.flight.fly import fly
 from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
+from gammastar.flight.phases import Phase, Replacement
 from gammastar.flight.record import FlightRecord, Status, Summary
 from gammastar.flight.sensors import SensorNoise
 
-__all__ = ["INTEGRATORS", "FlightRecord", "Integrator", "SensorNoise", "Status", "Summary", "fly", "integrator"]
+__all__ = [
+    "INTEGRATORS",
+    "FlightRecord",
+    "Integrator",
+    "Phase",
+    "Replacement",
+    "SensorNoise",
+    "Status",
+    "Summary",
+    "fly",
+    "integrator",
+]

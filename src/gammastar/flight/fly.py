@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any, get_args
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from gammastar import engine
 from gammastar.checks import instance, number, whole
 from gammastar.errors import FlightError, InputError, SingularStartError, UnknownNameError
 from gammastar.flight.integrator import integrator as integrator_by_name
-from gammastar.flight.loop import FEEDBACKS, TRUE_PARAMETER, ClosedLoop, timing
+from gammastar.flight.loop import FEEDBACKS, HELD, TRUE_PARAMETER, ClosedLoop, timing
+from gammastar.flight.phases import Phase, Replacement, phases_of
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise
@@ -42,6 +42,7 @@ def fly(
     yaw_reference: float = 0.0,
     heading: Heading | None = None,
     settled_within: float = 1e-3,
+    replacements: Sequence[Replacement] = (),
     progress: Callable[[int, int], None] | None = None,
     throw: bool = False,
 ) -> FlightRecord:
@@ -65,6 +66,7 @@ def fly(
         yaw_reference: Constant reference of the yaw output [rad/s for the default output].
         heading: `Along`, `Azimuth` or `Towards` in place of a constant reference.
         settled_within: Distance [m] that counts as on the path in the summary.
+        replacements: Other paths to follow from some times on, in their order.
         progress: Called with (steps done, steps in all).
         throw: Raise `FlightError` when the flight ends early; otherwise the record's status says so.
 
@@ -83,7 +85,7 @@ def fly(
         if number(yaw_reference, "yaw reference") != 0:
             raise InputError("a flight has a heading or a yaw reference (got both); leave one of them out")
     if reference is not None:
-        instance(reference, get_args(AnyReference), "reference", "make one of them")
+        instance(reference, AnyReference, "reference", "make one, such as gs.Speed(1.0)")
     if (speed is None) == (reference is None):
         raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]
@@ -101,23 +103,64 @@ def fly(
     loop, first, steps = prepared(
         law, start, wanted, yaw, duration, step, feedback, rate, integrator, truth, noise is not None
     )
-    interval, substeps = loop.interval, loop.substeps
+    phases = phases_of(law, wanted, replacements, loop.interval, steps)
     seed = whole(seed, "seed")
     samples = np.zeros((NOISE_SIZE, steps + 1)) if noise is None else noise.samples(seed, steps + 1)
-    times = np.arange(steps + 1) * interval
-    exogenous = np.vstack([times, samples])
-    watch = Watch(interval / substeps, SMALLEST_THRUST * first[18])
+    times = np.arange(steps + 1) * loop.interval
+    watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18])
     if turns_too_far(first[15:18], watch.step):
-        watch.status, exogenous = Status.UNRESOLVED, exogenous[:, :0]
-    states, observations = engine.scan(
-        loop.step(),
-        first,
-        exogenous,
-        stop=watch,
-        progress=None if progress is None else lambda done: progress(min(done, steps), steps),
-        chunk=max(1, engine.CHUNK // substeps),
+        watch.status = Status.UNRESOLVED
+    parts, last = list[dict[str, np.ndarray]](), first
+    for phase, end in zip(phases, [*(later.row for later in phases[1:]), steps + 1], strict=True):
+        if phase.row > 0:
+            loop, first = _continued(loop, last, phase, times[phase.row])
+
+        def outside(a: int, b: int, loop: ClosedLoop = loop, row: int = phase.row) -> np.ndarray:
+            return loop.outside(times[row + a : row + b], samples[:, row + a : row + b])
+
+        def told(done: int, row: int = phase.row) -> None:
+            if progress is not None:
+                progress(min(row + done, steps), steps)
+
+        states, observations = engine.scan(
+            loop.step(),
+            first,
+            outside,
+            end - phase.row if watch.status is Status.COMPLETED else 0,
+            stop=watch,
+            progress=told,
+            chunk=max(1, engine.CHUNK // loop.substeps),
+        )
+        if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
+            observations = loop.step()(first, outside(0, 1))[1].full()
+            _require_finite(observations)
+        parts.append(_rows(loop, states, observations))
+        if watch.status is not Status.COMPLETED:
+            break
+        last = states[:, -1]
+    rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    status, count = watch.status, len(rows["state"])
+    if status in (Status.NOT_FINITE, Status.UNRESOLVED):
+        thrust, thrust_rate = rows["state"][:, 18:20].T
+        status = nearest_singularity(thrust, thrust_rate, rows["focal_margin"], loop.interval) or status
+    record = FlightRecord(
+        **rows,
+        time=times[:count],
+        status=status,
+        status_time=float(times[count - 1]),
+        status_margin=float(rows["focal_margin" if status is Status.FOCAL_POINT else "free_fall_margin"][-1]),
+        law=law,
+        truth=loop.truth,
+        start=start,
+        reference=wanted,
+        yaw_reference=loop.yaw,
+        settled_within=settled_within,
+        phases=tuple(phases[: len(parts)]),
+        nominal=feedback == "continuous"
+        and loop.truth.signature == law.vehicle.signature
+        and len(phases) == 1
+        and not rows["constrained"].any(),
     )
-    record = _record(loop, states, observations, times, start, wanted, settled_within, watch)
     if record.completed and record.nominal and not is_resolved(record):
         record = dataclasses.replace(record, status=Status.UNRESOLVED)
     if throw and not record.completed:
@@ -166,53 +209,34 @@ def prepared(
     return loop, first, steps
 
 
-def _record(
-    loop: ClosedLoop,
-    states: np.ndarray,
-    observations: np.ndarray,
-    times: np.ndarray,
-    start: State,
-    reference: Any,
-    settled_within: float,
-    watch: Watch,
-) -> FlightRecord:
-    """Return the record of a scan; one extra step gave the observation at the end, and its state is dropped."""
-    path, rows = loop.law.path, max(1, observations.shape[1])
-    if observations.shape[1] == 0:  # not even the first step was good: show the start itself
-        observations = loop.step()(states[:, 0], np.zeros(1 + NOISE_SIZE))[1].full()
-        _require_finite(observations)
-    states, observations = states[:, :rows].T, observations[:, :rows].T
-    state, parameters = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER]
-    width = 4 * path.components
+def _continued(loop: ClosedLoop, last: np.ndarray, phase: Phase, time: float) -> tuple[ClosedLoop, np.ndarray]:
+    """Return the loop of the next phase and its state (27,) at its first time [s], from the last state of the one before."""
+    parameter = phase.law.path.start_parameter(last[:3])
+    reference = phase.reference.resolved(phase.law.path, parameter).moved(time)
+    following = dataclasses.replace(loop, law=phase.law, reference=reference)
+    first = following.start(last[:STATE_SIZE], parameter, held=last[HELD])
+    _require_finite(first)
+    return following, first
+
+
+def _rows(loop: ClosedLoop, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the rows of a phase by the names of the record; the state after the last observation begins the next phase."""
+    path, rows = loop.law.path, observations.shape[1]
+    states, observations = states[:, :rows].T, observations.T
+    state, parameters, width = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER], 4 * path.components
     transverse = observations[:, 4 : 4 + width].reshape(rows, 4, path.components).swapaxes(1, 2)
-    free_fall, focal, status = state[:, 18] / loop.truth.mass, observations[:, -1], watch.status
-    if status in (Status.NOT_FINITE, Status.UNRESOLVED):
-        status = nearest_singularity(state[:, 18], state[:, 19], focal, loop.interval) or status
-    return FlightRecord(
-        time=times[:rows],
-        state=state,
-        input=observations[:, :4],
-        transverse_state=path.normal_components(parameters, transverse),
-        tangential_state=observations[:, 4 + width : 8 + width],
-        yaw_output=observations[:, 8 + width],
-        waiting=observations[:, 9 + width] > 0,
-        constrained=observations[:, 10 + width] > 0,
-        distance=path.distances(state[:, :3], parameters),
-        free_fall_margin=free_fall,
-        focal_margin=focal,
-        status=status,
-        status_time=float(times[rows - 1]),
-        status_margin=float(focal[-1] if status is Status.FOCAL_POINT else free_fall[-1]),
-        law=loop.law,
-        truth=loop.truth,
-        start=start,
-        reference=reference,
-        yaw_reference=loop.yaw,
-        settled_within=settled_within,
-        nominal=loop.feedback == "continuous"
-        and loop.truth is loop.law.vehicle
-        and not observations[:, 10 + width].any(),
-    )
+    return {
+        "state": state,
+        "input": observations[:, :4],
+        "transverse_state": path.normal_components(parameters, transverse) if rows else np.empty((0, 2, 4)),
+        "tangential_state": observations[:, 4 + width : 8 + width],
+        "yaw_output": observations[:, 8 + width],
+        "waiting": observations[:, 9 + width] > 0,
+        "constrained": observations[:, 10 + width] > 0,
+        "distance": path.distances(state[:, :3], parameters) if rows else np.empty(0),
+        "free_fall_margin": state[:, 18] / loop.truth.mass,
+        "focal_margin": observations[:, -1],
+    }
 
 
 def _require_finite(values: np.ndarray) -> None:

@@ -13,6 +13,7 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from gammastar import engine
 from gammastar.errors import InputError
 from gammastar.flight.integrator import Integrator
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
@@ -20,6 +21,8 @@ from gammastar.flight.sensors import measured
 from gammastar.law import Law, Reference, linearize
 from gammastar.law.approach import CAPTURE_RESIDUAL, CAPTURE_STEPS, floored
 from gammastar.law.design import Yaw
+from gammastar.law.piecewise import DATA_SIZE
+from gammastar.law.reference import wanted
 from gammastar.path import ParametricPath
 from gammastar.vehicle import StateGraph, Vehicle, join, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
@@ -49,6 +52,14 @@ class Decision:
 
 
 @dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Graph: the numbers of this step's part of the path and of the reference."""
+
+    path: Any  # SX (path.data_size,)
+    reference: Any  # SX (20,), see `gammastar.law.piecewise`
+
+
+@dataclass(frozen=True, eq=False)
 class ClosedLoop:
     """A law around a vehicle: what is believed, what is true, how often the law runs and how the motion is integrated."""
 
@@ -63,46 +74,84 @@ class ClosedLoop:
     noisy: bool
 
     def step(self) -> Any:
-        """Return the function of one interval: (loop state (27,), [time, noise] (13,)) -> (next, observation).
+        """Return the function of one interval: (loop state (27,), what comes from outside) -> (next, observation).
 
-        The graph is built once for a path's kind; the data of the segment that holds the parameter are looked up outside it.
+        From outside come time and noise (13,) and, for a reference over time, its data (20,).  The graph is built once for a path's
+        kind; the data of the segment that holds the parameter are looked up beside it.
         """
-        core = self._core()
-        if self.law.path.data_size == 0:
-            loop_state, exogenous = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("exogenous", 1 + NOISE_SIZE)
-            return ca.Function("step", [loop_state, exogenous], list(core(loop_state, exogenous, ca.SX(0, 1))))
-        state, other = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("exogenous", 1 + NOISE_SIZE)
-        return ca.Function("step", [state, other], core(state, other, self.law.path.lookup(state[PARAMETER])))
+        core = engine.compiled(self._signature, self._core)
+        state, outside = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("outside", self._outside_size)
+        if self.law.path.data_size == 0 and not self.reference.over_progress:
+            return core
+        wanted, place = outside[1 + NOISE_SIZE :], state[PARAMETER]
+        if self.reference.over_progress:
+            wanted = self.reference.pieces.lookup(place)
+        inputs = ca.vertcat(outside[: 1 + NOISE_SIZE], wanted, self.law.path.lookup(place))
+        return ca.Function("step", [state, outside], core(state, inputs))
+
+    def outside(self, times: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Return what comes from outside (m, n) at times (n,) with noise (12, n)."""
+        rows = [times, noise] if self.reference.over_progress else [times, noise, self.reference.pieces.data(times)]
+        return np.vstack(rows)
+
+    @property
+    def _outside_size(self) -> int:
+        return 1 + NOISE_SIZE + (0 if self.reference.over_progress else DATA_SIZE)
+
+    @property
+    def _signature(self) -> tuple[Any, ...]:
+        """Return everything that enters the graph of `_core` as a constant."""
+        reference = (self.reference.holds_position, self.reference.over_progress)
+        timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noisy)
+        return ("step", self.law.signature, self.truth.signature, reference, self.yaw, timing)
 
     def _core(self) -> Any:
-        """Return the function (loop state, [time, noise], data of the path) -> (next loop state, observation)."""
-        loop_state, exogenous = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("exogenous", 1 + NOISE_SIZE)
-        data = ca.SX.sym("data", self.law.path.data_size)
-        time, state = exogenous[0], split(loop_state[:STATE_SIZE])
+        """Return the function (loop state, [time, noise, data of reference and path]) -> (next loop state, observation)."""
+        size = 1 + NOISE_SIZE + DATA_SIZE + self.law.path.data_size
+        loop_state, inputs = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("inputs", size)
+        noise, wanted, data = (
+            inputs[1 : 1 + NOISE_SIZE],
+            inputs[1 + NOISE_SIZE : 1 + NOISE_SIZE + DATA_SIZE],
+            inputs[1 + NOISE_SIZE + DATA_SIZE :],
+        )
+        time, state, around = inputs[0], split(loop_state[:STATE_SIZE]), Surroundings(data, wanted)
         if self.feedback == "continuous":
-            after, decision, waiting = self._continuous(loop_state, state, time, data)
+            after, decision, waiting = self._continuous(loop_state, state, time, around)
         else:
-            after, decision, waiting = self._sampled(loop_state, state, time, exogenous[1:], data)
+            after, decision, waiting = self._sampled(loop_state, state, time, noise, around)
         observation = self._observation(
             state, loop_state[TRUE_PARAMETER], loop_state[PARAMETER], waiting, decision, data
         )
         results = ca.cse([ca.densify(after), ca.densify(observation)])
-        return ca.Function("core", [loop_state, exogenous, data], results)
+        return ca.Function("core", [loop_state, inputs], results)
 
-    def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
-        """Return the loop state (27,) at the start of a flight; the held input is the law's at the start."""
+    def start(self, state: np.ndarray, parameter: float, held: np.ndarray | None = None) -> np.ndarray:
+        """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
         law, waiting = self.law, 0.0
         if law.approach is not None and law.focal_margin(state, parameter) < law.approach.enter:
             waiting = 1.0
-        symbol, data = ca.SX.sym("state", STATE_SIZE), ca.DM(law.path.data(np.array([parameter])))
-        value = self._decide(split(symbol), ca.vertcat(parameter, data), ca.SX(waiting), 0.0).input
-        control = np.array(ca.Function("control", [symbol], [value])(state)).ravel()
+        key = np.array([parameter if self.reference.over_progress else 0.0])
+        inputs = np.vstack([self.reference.pieces.data(key), law.path.data(np.array([parameter]))])[:, 0]
+        decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
+        control = decide(state, parameter, waiting, inputs).full().ravel() if held is None else held
         return np.concatenate([state, [parameter, parameter], control, [waiting]])
 
-    def _decide(self, state: StateGraph, place: Any, waiting: Any, time: Any) -> Decision:
+    def _start_input(self) -> Any:
+        """Return the function (state, parameter, waiting, data of reference and path) -> input at time zero."""
+        state, parameter, waiting = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("parameter"), ca.SX.sym("waiting")
+        inputs = ca.SX.sym("inputs", DATA_SIZE + self.law.path.data_size)
+        around = Surroundings(inputs[DATA_SIZE:], inputs[:DATA_SIZE])
+        decision = self._decide(split(state), parameter, waiting, 0.0, around)
+        return ca.Function("start", [state, parameter, waiting, inputs], [decision.input])
+
+    def _decide(self, state: StateGraph, parameter: Any, waiting: Any, time: Any, around: Surroundings) -> Decision:
         """Graph: return the input at a state in the mode that holds, waiting (1) or following (0)."""
-        law = self.law
-        control = law.control(state, place, self.reference.jet(time), self.yaw, self.reference.holds_position)
+        law, place, over_progress = self.law, ca.vertcat(parameter, around.path), self.reference.over_progress
+
+        def reference(tangential: Any) -> Any:
+            return wanted(over_progress, time, tangential, around.reference)
+
+        control = law.control(state, place, reference, self.yaw, self.reference.holds_position)
         outputs = control.linearization.outputs
         if law.approach is None:
             return Decision(control.input, outputs.tangential[1], 0)
@@ -126,14 +175,16 @@ class ClosedLoop:
         still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
         return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
 
-    def _continuous(self, loop_state: Any, state: StateGraph, time: Any, data: Any) -> tuple[Any, Decision, Any]:
+    def _continuous(
+        self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings
+    ) -> tuple[Any, Decision, Any]:
         """Graph: feedback in every stage; the path parameter is integrated too and corrected at the end."""
-        path, decisions = self.law.path, list[Decision]()
+        path, data, decisions = self.law.path, around.path, list[Decision]()
         parameter, waiting = self._mode(state, loop_state[PARAMETER], loop_state[WAITING], data)
 
         def field(now: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
             current = _with(attitude, euclidean)
-            decision = self._decide(current, ca.vertcat(euclidean[11], data), waiting, now)
+            decision = self._decide(current, euclidean[11], waiting, now, around)
             decisions.append(decision)
             rate = self._vehicle_rate(self.truth, current, decision.input)
             return current.angular_velocity, ca.vertcat(rate, decision.parameter_rate)
@@ -152,10 +203,10 @@ class ClosedLoop:
         return loop_after, decisions[0], waiting
 
     def _sampled(
-        self, loop_state: Any, state: StateGraph, time: Any, noise: Any, data: Any
+        self, loop_state: Any, state: StateGraph, time: Any, noise: Any, around: Surroundings
     ) -> tuple[Any, Decision, Any]:
         """Graph: the input is computed once from what is measured and held while the true vehicle moves."""
-        path, held = self.law.path, loop_state[PARAMETER]
+        path, data, held = self.law.path, around.path, loop_state[PARAMETER]
         seen = measured(state, noise) if self.noisy else state
         tracked = ca.if_else(loop_state[WAITING], held, path.track(seen.position, ca.vertcat(held, data)))
         parameter, waiting = self._mode(seen, tracked, loop_state[WAITING], data)
@@ -164,7 +215,7 @@ class ClosedLoop:
             used_time, left = time + self.interval / 2, self.interval / 2
             used = self._moved(self.law.vehicle, seen, loop_state[HELD], time, self.interval / 2)
             parameter = ca.if_else(waiting, parameter, path.track(used.position, ca.vertcat(parameter, data)))
-        decision = self._decide(used, ca.vertcat(parameter, data), waiting, used_time)
+        decision = self._decide(used, parameter, waiting, used_time, around)
         ahead = parameter + left * decision.parameter_rate
         symbols = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("input", 4), ca.SX.sym("time")
         moved = self._moved(self.truth, split(symbols[0]), symbols[1], symbols[2], self.interval / self.substeps)
@@ -240,7 +291,7 @@ def interval_of(feedback: str, step: float, rate: float | None) -> tuple[float, 
 def timing(feedback: str, step: float, rate: float | None, duration: float) -> tuple[float, int, int]:
     """Return the interval [s] between rows, the integration steps in it, and the intervals that cover a duration [s].
 
-    Continuous feedback divides the duration evenly and takes no step longer than `step`; sampled feedback flies whole control
+    Continuous feedback divides the duration evenly into steps no longer than `step`; sampled feedback flies whole control
     intervals, the last of which may end after the duration.
 
     Raises:
@@ -254,7 +305,9 @@ def timing(feedback: str, step: float, rate: float | None, duration: float) -> t
             "raise the step or lower the rate"
         )
     rows = max(1, math.ceil(wanted - ROUNDING))
-    return (duration / rows if feedback == "continuous" else interval), substeps, rows
+    if feedback == "continuous" and abs(wanted - rows) > ROUNDING:
+        interval = duration / rows
+    return interval, substeps, rows
 
 
 def _euclidean(state: StateGraph) -> Any:

@@ -15,6 +15,7 @@ from gammastar.errors import PredictionError
 from gammastar.vehicle.state import NAMES
 
 if TYPE_CHECKING:
+    from gammastar.flight.phases import Phase
     from gammastar.law import AnyReference, Heading, Law, Prediction
     from gammastar.vehicle import State, Vehicle
 
@@ -60,7 +61,8 @@ class FlightRecord:
     reference: AnyReference
     yaw_reference: float | Heading  # constant reference of beta(r), or a heading
     settled_within: float  # [m]
-    nominal: bool  # exact model, continuous feedback: the closed-form prediction is the flight itself
+    phases: tuple[Phase, ...]  # one, and another for every replacement of the path
+    nominal: bool  # exact model, continuous feedback, one path: the closed-form prediction is the flight itself
 
     @property
     def position(self) -> np.ndarray:
@@ -212,13 +214,16 @@ def _summary(record: FlightRecord) -> dict[str, Any]:
 def _predicted_settling(record: FlightRecord) -> float:
     """Return when the closed form is near the path for good [s]; infinity if not by the end.
 
-    It starts where the loop is linear for the rest of the flight: at the start, or after the last row at which an approach bent it.
+    It starts where the loop is linear for the rest of the flight: at the start, after the last row at which an approach bent it, or
+    where the path was replaced last; there xi stands for the distance.
     """
     tolerance, first = SETTLED_SHARE * record.settled_within, 0
     if record.constrained.any():
         first = int(np.flatnonzero(record.constrained)[-1]) + 1
-        if first == len(record.time):
-            return np.inf
+    first = max(first, record.phases[-1].row)
+    if first == len(record.time):
+        return np.inf
+    if first > 0:
         chains = record.law.decay(record.transverse_state[first], record.time[first:] - record.time[first])
     elif record.law.path.components == 2:  # xi is not the distance
         try:

@@ -13,7 +13,7 @@ SMALLEST_FOCAL_MARGIN = 1e-9
 LARGEST_TURN = 0.3  # [rad] in one integration step; beyond it no method of fixed step resolves the motion
 NEAR = 0.1  # of a margin's usual size: a flight that breaks down this near to a singularity broke down because of it
 RESOLVED_SHARE = 0.01  # of its largest distance to the path, by which a resolved flight may be beside its closed form
-RESOLVED_ROWS = 400  # at which that is looked at
+RESOLVED_ROWS = 400  # at about so many that is looked at, evenly spaced
 
 
 @dataclass
@@ -71,7 +71,7 @@ def is_resolved(record: FlightRecord) -> bool:
 
     Both are exact but for the integration, so what parts them is the step.  Small differences are for the summary to show.
     """
-    rows = np.unique(np.linspace(0, len(record.time) - 1, RESOLVED_ROWS).astype(int))
+    rows = np.arange(0, len(record.time), max(1, len(record.time) // RESOLVED_ROWS))
     transverse, tangential = record.law.predict_chains(record.start, record.reference, record.time[rows])
     across = np.linalg.norm(record.transverse_state[rows, :, 0] - transverse[:, :, 0], axis=1)
     metres = np.linalg.norm(record.law.path.jets(tangential[:, 0])[:, 1], axis=1)

@@ -4,9 +4,11 @@ from gammastar.law.approach import Approach
 from gammastar.law.design import Control, Law, design
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Along, Azimuth, Heading, Towards
+from gammastar.law.legs import Leg, Legs
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize
 from gammastar.law.predict import Prediction
-from gammastar.law.reference import AnyReference, Leg, Legs, Point, Ramp, Reference, Speed, Stop
+from gammastar.law.profile import Profile
+from gammastar.law.reference import AnyReference, Point, Ramp, Reference, Speed, Stop
 
 __all__ = [
     "Along",
@@ -21,6 +23,7 @@ __all__ = [
     "Linearization",
     "Point",
     "Prediction",
+    "Profile",
     "Ramp",
     "Reference",
     "Speed",

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gammastar import engine
 from gammastar.checks import instance, number, shortened
 from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
 from gammastar.law.approach import Approach, bounded
@@ -58,18 +59,27 @@ class Law:
         """Return (k_1, ..., k_4) of the chain along the path; without a position to hold k_1 is zero, Eq. (26)."""
         return self.gains["tangential"] if holds_position else np.concatenate([[0.0], self.gains["speed"]])
 
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return what names the law's graph: laws with one signature differ in their path's data alone."""
+        chains = tuple((chain, *gains.tolist()) for chain, gains in self.gains.items())
+        return self.vehicle.signature, self.path.graph_key, chains, self.yaw_output, self.approach
+
     def control(self, state: StateGraph, place: Any, reference: Any, yaw: Any, holds_position: bool) -> Control:
         """Graph: return the input at a state.
 
         Args:
             state: Measured state.
             place: SX (1 + data_size,), tracked path parameter followed by the path's data there.
-            reference: SX (5,), reference coordinate along the path and its first four derivatives.
+            reference: SX (5,), reference coordinate along the path and its first four derivatives; or a function that returns it
+                from eta_1 ... eta_4, SX (4,).
             yaw: Constant reference of beta(r), or SX (2,) with its rate, or a heading.
             holds_position: Whether the reference coordinate counts, or only its derivatives.
         """
         linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output)
         outputs = linearization.outputs
+        if callable(reference):
+            reference = reference(outputs.tangential)
         transverse, error = outputs.transverse, outputs.tangential - reference[:4]
         if self.approach is not None:
             transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
@@ -111,8 +121,7 @@ class Law:
     def predict(self, start: State, reference: AnyReference, times: np.ndarray, yaw_reference: Yaw = 0.0) -> Prediction:
         """Return the closed-form flight of the exact model under continuous feedback.
 
-        Valid while the predicted thrust is positive and no focal point is met.  Neighbouring times of an implicit path
-        should be close enough for Newton steps from one to the next (a hundredth of a second).
+        Valid while the predicted thrust is positive and no focal point is met.
 
         Args:
             start: As in `fly`.
@@ -191,6 +200,11 @@ class Law:
     @functools.cached_property
     def _numbers(self) -> Any:
         """The function (state, place) -> D, xi, eta with yaw output, mu, focal margin, slope of beta."""
+        return engine.compiled(
+            ("numbers", self.vehicle.signature, self.path.graph_key, self.yaw_output), self._build_numbers
+        )
+
+    def _build_numbers(self) -> Any:
         state, place = ca.SX.sym("state", 20), ca.SX.sym("place", 1 + self.path.data_size)
         linear = linearize(self.vehicle, self.path, split(state), place, self.yaw_output)
         eta = ca.vertcat(linear.outputs.tangential, linear.yaw_value)

@@ -26,6 +26,11 @@ LARGEST_MISS = (
 )
 
 
+NEWTON_GAP = 0.01  # [s] between two positions of an implicit path, each the guess for the next
+MOST_BETWEEN = 1_000_000  # of them in one gap
+ROUNDING = 1e-6  # of the gap, by which one may be longer without being split
+
+
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """A flight in closed form; arrays over n times, world frame with third axis down."""
@@ -97,12 +102,17 @@ def predict(
         or not np.all(np.isfinite(times))
     ):
         raise InputError("times must be a growing list of seconds from 0 (got another order or shape); sort them")
-    transverse = transverse_chains(path, gains, initial, times)
-    tangential = tangential_chain(gains["tangential"], initial, reference, times)
+    fine, kept = (times, slice(None)) if path.components == 3 else _refined(times)
+    transverse = transverse_chains(path, gains, initial, fine)
+    tangential = tangential_chain(gains["tangential"], initial, reference, fine)
     yaw = None
     if yaw_reference is not None:
         yaw = yaw_reference + (initial.yaw_output - yaw_reference) * np.exp(-gains["yaw"][0] * times)
-    derivatives = _positions(path, transverse, tangential, initial)
+    position, velocity, acceleration, jerk, snap = (
+        values[kept] for values in _positions(path, transverse, tangential, initial)
+    )
+    derivatives = (position, velocity, acceleration, jerk, snap)
+    transverse, tangential = transverse[kept], tangential[kept]
     lost = ~np.isfinite(np.hstack(derivatives)).all(axis=1)
     if lost.any():
         time = float(times[lost.argmax()])
@@ -126,6 +136,16 @@ def predict(
     )
 
 
+def _refined(times: np.ndarray) -> tuple[np.ndarray, Any]:
+    """Return times close enough for Newton steps from each to the next, and where the given ones are among them."""
+    gaps = np.diff(times, prepend=0.0)
+    parts = np.maximum(1, np.ceil(np.minimum(gaps / NEWTON_GAP - ROUNDING, MOST_BETWEEN))).astype(int)
+    ends = np.cumsum(parts)
+    step = np.repeat(gaps / parts, parts)
+    fine = np.repeat(times - gaps, parts) + step * (np.arange(ends[-1]) - np.repeat(ends - parts, parts) + 1)
+    return fine, ends - 1
+
+
 def transverse_chains(path: Path, gains: Mapping[str, np.ndarray], initial: Initial, times: np.ndarray) -> np.ndarray:
     """Return (n, 2, 5): the components of the transverse output and four derivatives at times (n,)."""
     xi = path.normal_components(np.array([initial.parameter]), initial.transverse[None])[0]
@@ -140,8 +160,36 @@ def chains_from(gains: Mapping[str, np.ndarray], xi: np.ndarray, times: np.ndarr
 
 def tangential_chain(gains: np.ndarray, initial: Initial, reference: Reference, times: np.ndarray) -> np.ndarray:
     """Return (n, 5): the coordinate along the path and four derivatives at times (n,)."""
-    error = _chain(gains, initial.tangential - _jets(reference, np.zeros(1))[0, :4], times)
-    return np.asarray(_jets(reference, times) + error)
+    now = reference.jets(np.zeros(1), initial.tangential[None])[0]
+    error = _chain(gains, initial.tangential - now[:4], times)
+    if not reference.over_progress:
+        return np.asarray(reference.jets(times, error[:, :4]) + error)
+    rates = np.zeros((len(times), 5))
+    rates[:, 0] = _progress(gains, initial, reference, times)
+    for k in range(1, 5):  # the derivative k of w(eta_1(t)) needs eta_1 ... eta_k
+        rates[:, k] = reference.jets(times, rates[:, :4])[:, k] + error[:, k]
+    return rates
+
+
+def _progress(gains: np.ndarray, initial: Initial, reference: Reference, times: np.ndarray) -> np.ndarray:
+    """Return the coordinate (n,) that moves at the speed of its place plus what is left of the speed's error at the start.
+
+    The one quantity without a closed form, eta_1' = w(eta_1) + e(t), integrated to 12 digits with e known exactly.
+    """
+    from scipy.integrate import solve_ivp
+    from scipy.linalg import expm
+
+    matrix = companion(gains)
+    error = initial.tangential - reference.jets(np.zeros(1), initial.tangential[None])[0, :4]
+    error[0] = 0.0
+
+    def rate(time: float, place: np.ndarray) -> np.ndarray:
+        return np.asarray(reference.pieces.values(place) + (expm(matrix * time) @ error)[1])
+
+    solution = solve_ivp(
+        rate, (0.0, times[-1] + 1e-9), initial.tangential[:1], "DOP853", times, rtol=1e-12, atol=1e-12, max_step=0.1
+    )
+    return np.asarray(solution.y[0])
 
 
 def _chain(gains: np.ndarray, start: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -167,13 +215,6 @@ def _powers(matrix: np.ndarray, count: int) -> np.ndarray:
     return powers[:count]
 
 
-def _jets(reference: Reference, times: np.ndarray) -> np.ndarray:
-    """Return (n, 5): reference coordinate and derivatives at times (n,)."""
-    symbol = ca.SX.sym("time")
-    jet = ca.Function("jet", [symbol], [ca.densify(reference.jet(symbol))])
-    return np.array(jet.map(len(times))(times[None, :])).T
-
-
 def _positions(
     path: Path, transverse: np.ndarray, tangential: np.ndarray, initial: Initial
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -182,20 +223,26 @@ def _positions(
     A position is NaN where none has these outputs, or where it lies beyond a focal point.
     """
     vectors = path.normal_vectors(tangential[:, 0], transverse, initial.parameter)
+    exogenous = np.vstack(
+        [vectors.transpose(2, 1, 0).reshape(5 * path.components, -1), tangential.T, path.data(tangential[:, 0])]
+    )
+    step = engine.compiled(("position", path.graph_key), lambda: _position_step(path))
+    _, observations = engine.scan(step, initial.position, lambda a, b: exogenous[:, a:b], len(tangential))
+    position, velocity, acceleration, jerk, snap, checks = (observations[:, k::6].T for k in range(6))
+    position[~((checks[:, 0] < LARGEST_MISS) & (checks[:, 1] > 0))] = np.nan
+    return position, velocity, acceleration, jerk, snap
+
+
+def _position_step(path: Path) -> Any:
+    """Return the function (guess, outputs with the path's data) -> position, and its derivatives with two checks."""
     rows = path.components
     xi, eta, guess = ca.SX.sym("xi", rows, 5), ca.SX.sym("eta", 5), ca.SX.sym("guess", 3)
     data = ca.SX.sym("data", path.data_size)
     series = path.position_series(xi, eta, guess, data)
     reached = path.outputs(series, ca.vertcat(eta[0], data))
     miss = ca.norm_2(reached.transverse[:, 0] - xi[:, 0]) / (1 + ca.norm_2(xi[:, 0]))
-    checks = ca.vertcat(miss, reached.focal_margin, 0)
-    results = ca.cse([series.coefficients[0], ca.horzcat(*series.derivatives(), checks)])
-    step = ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta, data)], results)
-    exogenous = np.vstack([vectors.transpose(2, 1, 0).reshape(5 * rows, -1), tangential.T, path.data(tangential[:, 0])])
-    _, observations = engine.scan(step, initial.position, exogenous)
-    position, velocity, acceleration, jerk, snap, checks = (observations[:, k::6].T for k in range(6))
-    position[~((checks[:, 0] < LARGEST_MISS) & (checks[:, 1] > 0))] = np.nan
-    return position, velocity, acceleration, jerk, snap
+    results = [series.coefficients[0], ca.horzcat(*series.derivatives(), ca.vertcat(miss, reached.focal_margin, 0))]
+    return ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta, data)], ca.cse(results))
 
 
 def _thrust(

@@ -1,65 +1,125 @@
-"""Where the vehicle should be along the path, as a smooth function of time: eta_11^ref of Eq. (26) and its derivatives.
+"""Where the vehicle should be along the path: eta_11^ref of Eq. (26) and its derivatives, as data beside the graph.
 
-A reference is a graph of time; its derivatives up to the fourth come from its Taylor series, so tracking it is exact.
+Resolved for a path and a start, every reference is a piecewise polynomial: the path coordinate over time, or the speed over the path
+coordinate.  Its four derivatives are exact, so tracking it is exact, and one compiled law serves all of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import casadi as ca
+import numpy as np
 
-from gammastar import taylor
-from gammastar.checks import number, shortened, whole
+from gammastar.checks import number, whole
 from gammastar.errors import InputError
+from gammastar.law.piecewise import DATA_SIZE, Piecewise, evaluated
+from gammastar.law.schedule import Change, change_time, scheduled, to_a_stop
 from gammastar.path import Path
 from gammastar.path.base import ORDER
 from gammastar.taylor import Series
 
+CHANGE_TIME = 1.0  # [s] from rest to a speed and back, where nothing else is said
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A path coordinate as a function of time, fixed once the start of a flight is known."""
+    """What is wanted along a path, fixed once the start of a flight is known."""
 
-    coordinate: Callable[[Any], Any]  # graph: time SX [s] -> path parameter SX; four times differentiable
-    holds_position: bool = True  # whether the coordinate itself counts; a speed reference leaves it free, k_11 = 0
+    pieces: Piecewise  # the path coordinate over time [s], or its speed over the path coordinate
+    holds_position: bool = True  # whether the coordinate itself counts; a speed leaves it free, k_11 = 0
+    over_progress: bool = False  # whether the pieces are a speed over the path coordinate
 
-    def jet(self, time: Any) -> Any:
-        """Graph: return SX (5,): the reference coordinate and its first four time derivatives."""
-        symbol = ca.SX.sym("time")
-        function = ca.Function("reference", [symbol], [ca.SX(self.coordinate(symbol))])
-        series = Series((ca.SX(time), ca.SX(1), *(ca.SX(0) for _ in range(ORDER - 1))))
-        return ca.vertcat(*taylor.through(function, [series])[0].derivatives())
+    def moved(self, time: float) -> Reference:
+        """Return the reference of a flight that begins at a later time [s]."""
+        return self if self.over_progress else Reference(self.pieces.moved(time), self.holds_position)
+
+    def jets(self, times: np.ndarray, tangential: np.ndarray) -> np.ndarray:
+        """Return (n, 5): the reference coordinate and its first four derivatives at times (n,) and eta_1 ... eta_4 (n, 4)."""
+        time, eta, data = ca.SX.sym("time"), ca.SX.sym("eta", 4), ca.SX.sym("data", DATA_SIZE)
+        jet = ca.Function("jet", [time, eta, data], [ca.densify(wanted(self.over_progress, time, eta, data))])
+        table = self.pieces.data(tangential[:, 0] if self.over_progress else times)
+        return np.asarray(jet.map(len(times))(times[None, :], tangential.T, table).full().T)
+
+
+def wanted(over_progress: bool, time: Any, tangential: Any, data: Any) -> Any:
+    """Graph: return SX (5,), the reference coordinate and its first four time derivatives, from the data of its pieces.
+
+    A speed w over the coordinate has the derivatives of w(eta_1(t)), by the series of eta_1 ... eta_4; the coordinate is the vehicle's
+    own.  The error of the speed is then a linear chain of three like that of a constant speed.
+    """
+    if over_progress:
+        along = Series.from_derivatives(ca.vertsplit(tangential[:4]))
+        return ca.vertcat(tangential[0], *evaluated(data, along).derivatives())
+    variable = Series((ca.SX(time), ca.SX(1), *(ca.SX(0) for _ in range(ORDER - 1))))
+    return ca.vertcat(*evaluated(data, variable).derivatives())
+
+
+@runtime_checkable
+class AnyReference(Protocol):
+    """What a flight accepts: `Speed`, `Ramp`, `Point`, `Stop`, `Legs`, `Profile`, or anything that resolves to a reference."""
+
+    @property
+    def fastest(self) -> float:
+        """Return the speed [path parameter/s] of the largest magnitude that is asked for."""
+
+    def resolved(self, path: Path, start: float) -> Reference:
+        """Return the reference of a flight that starts at the path coordinate `start`."""
 
 
 @dataclass(frozen=True)
 class Speed:
-    """Constant speed along the path, eta_12^ref = speed, as in the paper's section VI; where on the path is left free."""
+    """Constant speed along the path, eta_12^ref = speed, as in the paper's section VI; where on the path is left free.
+
+    A path that ends is flown to its end in the direction of flight: from rest to the speed, to rest at the end, and hold there.
+    """
 
     speed: float  # [path parameter per second], negative runs backwards
 
     def __post_init__(self) -> None:
         number(self.speed, "speed [path parameter/s]")
 
+    @property
+    def fastest(self) -> float:
+        """Return the speed of the largest magnitude that is asked for."""
+        return self.speed
+
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
-        return Reference(lambda time: start + self.speed * time, holds_position=False)
+        if path.ends is None or self.speed == 0:
+            return Reference(scheduled(start, self.speed), holds_position=False)
+        return Reference(scheduled(*to_a_stop(start, path.ends[self.speed > 0], self.speed, CHANGE_TIME)))
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """A schedule: be at start + speed * time, where start is the point nearest to the start of the flight."""
+    """A schedule: be at start + speed * time, where start is the point nearest to the start of the flight.
+
+    On a path that ends it brakes before the end and holds there.
+    """
 
     speed: float  # [path parameter per second], negative runs backwards
 
     def __post_init__(self) -> None:
         number(self.speed, "speed [path parameter/s]")
 
+    @property
+    def fastest(self) -> float:
+        """Return the speed of the largest magnitude that is asked for."""
+        return self.speed
+
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
-        return Reference(lambda time: start + self.speed * time)
+        if path.ends is None or self.speed == 0:
+            return Reference(scheduled(start, self.speed))
+        end, speed = path.ends[self.speed > 0], abs(self.speed)
+        distance = (end - start) * np.sign(self.speed)
+        if distance <= 0:
+            return Reference(scheduled(end, 0.0))
+        duration = min(CHANGE_TIME, 2 * distance / speed)
+        brake = Change(distance / speed - duration / 2, -self.speed, duration)
+        return Reference(scheduled(start, self.speed, [brake]))
 
 
 @dataclass(frozen=True)
@@ -71,10 +131,15 @@ class Point:
     def __post_init__(self) -> None:
         number(self.coordinate, "coordinate [path parameter]")
 
+    @property
+    def fastest(self) -> float:
+        """Return the speed of the largest magnitude that is asked for."""
+        return 0.0
+
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
-        target = path.nearest_turn(self.coordinate, start)
-        return Reference(lambda time: ca.SX(target))
+        require_on(path, self.coordinate, "a point")
+        return Reference(scheduled(path.nearest_turn(self.coordinate, start), 0.0))
 
 
 @dataclass(frozen=True)
@@ -92,13 +157,19 @@ class Stop:
 
     def __post_init__(self) -> None:
         number(self.coordinate, "coordinate [path parameter]")
-        number(self.braking_time, "braking time [s]", above=0)
+        change_time(self.braking_time, "braking time [s]")
         if number(self.speed, "speed [path parameter/s]") == 0:
             raise InputError("the speed before a stop must not be zero (got 0); give a speed, or use a point reference")
         whole(self.laps, "laps")
 
+    @property
+    def fastest(self) -> float:
+        """Return the speed of the largest magnitude that is asked for."""
+        return self.speed
+
     def braking_start(self, path: Path, start: float) -> float:
         """Return the time [s] at which braking begins for a flight from the path coordinate `start`."""
+        require_on(path, self.coordinate, "a stop")
         least = abs(self.speed) * self.braking_time / 2
         distance = (self.coordinate - start) * (1 if self.speed > 0 else -1)
         if path.period is not None:
@@ -112,114 +183,14 @@ class Stop:
 
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
-        begin, duration, speed = self.braking_start(path, start), self.braking_time, self.speed
-
-        def coordinate(time: Any) -> Any:
-            return start + speed * (time - covered(time, begin, duration))
-
-        return Reference(coordinate)
+        brake = Change(self.braking_start(path, start), -self.speed, self.braking_time)
+        return Reference(scheduled(start, self.speed, [brake]))
 
 
-@dataclass(frozen=True)
-class Leg:
-    """One part of a schedule: go to a coordinate at a speed and hold there, or go on at a speed without end."""
-
-    speed: float  # [path parameter per second]; its sign is the direction
-    to: float | None = None  # path parameter; on a closed path the next time it comes in the direction of flight
-    hold: float = 0.0  # [s] at rest after arriving
-    laps: int = 0  # whole periods of a closed path flown before arriving
-
-    def __post_init__(self) -> None:
-        if number(self.speed, "leg speed [path parameter/s]") == 0:
-            raise InputError(
-                "the speed of a leg must not be zero (got 0); hold at the end of the leg before it instead"
-            )
-        number(self.hold, "leg hold [s]", at_least=0)
-        whole(self.laps, "leg laps")
-        if self.to is not None:
-            number(self.to, "leg to [path parameter]")
-        elif self.laps or self.hold:
-            raise InputError(
-                f"a leg without an end has no laps and no hold (got laps {self.laps} and hold {self.hold:g} s); say where it ends"
-            )
-
-
-@dataclass(frozen=True)
-class Legs:
-    """A schedule of legs: fly, stop at a point, hold, reverse, continue; every change of speed takes the same smooth time.
-
-    The speed follows the polynomial of `Stop`, so the schedule is four times continuously differentiable and is tracked exactly:
-    the path is never left for it.  A leg shorter than its acceleration and braking is flown at a lower speed in the same time.
-    """
-
-    legs: tuple[Leg, ...]
-    change_time: float = 1.0  # [s] from rest to the speed of a leg, and back
-
-    def __post_init__(self) -> None:
-        number(self.change_time, "change time [s]", above=0)
-        if isinstance(self.legs, Leg) or not all(isinstance(leg, Leg) for leg in self.legs):
-            raise InputError(
-                f"a schedule must be a list of Leg (got {shortened(self.legs)}); write Legs((Leg(1.0), ...))"
-            )
-        object.__setattr__(self, "legs", tuple(self.legs))
-        if not self.legs:
-            raise InputError("a schedule needs at least one leg (got none); give one")
-        for k, leg in enumerate(self.legs[:-1]):
-            if leg.to is None:
-                raise InputError(
-                    f"only the last leg may go on without end (got leg {k + 1} without 'to'); say where it stops"
-                )
-
-    def changes(self, path: Path, start: float) -> list[tuple[float, float]]:
-        """Return (time [s], change of speed) pairs, each spread over the change time, for a flight from a coordinate."""
-        changes: list[tuple[float, float]] = []
-        time, place = 0.0, start
-        for k, leg in enumerate(self.legs):
-            if leg.to is None:
-                changes.append((time, leg.speed))
-                break
-            distance = _ahead(path, place, leg, k)
-            speed = min(abs(leg.speed), distance / self.change_time) * (1 if leg.speed > 0 else -1)
-            if distance > 0:
-                arrival = time + distance / abs(speed)
-                changes += [(time, speed), (arrival, -speed)]
-                time = arrival + self.change_time
-            time += leg.hold
-            place += distance if leg.speed > 0 else -distance
-        return changes
-
-    def resolved(self, path: Path, start: float) -> Reference:
-        """Return the reference of a flight that starts at the path coordinate `start`."""
-        changes, duration = self.changes(path, start), self.change_time
-
-        def coordinate(time: Any) -> Any:
-            return sum((change * covered(time, begin, duration) for begin, change in changes), start + 0 * time)
-
-        return Reference(coordinate)
-
-
-def covered(time: Any, begin: float, duration: float) -> Any:
-    """Graph: return what a speed that rises smoothly from 0 to 1 between begin and begin + duration has covered by a time.
-
-    The speed is S(u) = 35 u^4 - 84 u^5 + 70 u^6 - 20 u^7, whose first three derivatives vanish at both ends.  Both clamps act
-    through the same u, so at the very instants of the joints one slope replaces the other and none is counted twice.
-    """
-    since = ca.fmax(time - begin, 0)
-    u = ca.fmin(since / duration, 1)
-    return duration * (7 * u**5 - 14 * u**6 + 10 * u**7 - 2.5 * u**8) + since - duration * u
-
-
-def _ahead(path: Path, place: float, leg: Leg, index: int) -> float:
-    """Return how far ahead, in the direction of a leg, its end lies."""
-    assert leg.to is not None
-    distance = (leg.to - place) * (1 if leg.speed > 0 else -1)
-    if path.period is not None:
-        return distance % path.period + leg.laps * path.period
-    if distance < 0:
+def require_on(path: Path, coordinate: float, what: str) -> None:
+    """Raise `InputError` when a coordinate lies beyond the ends of a path that ends."""
+    if path.ends is not None and not path.ends[0] <= coordinate <= path.ends[1]:
+        low, high = path.ends
         raise InputError(
-            f"leg {index + 1} must go towards its end (got {leg.to:g} from {place:.4g} at speed {leg.speed:g}); turn its speed round"
+            f"{what} must lie on the path, from {low:.6g} to {high:.6g} (got {coordinate:g}); move it, or extend the path"
         )
-    return distance
-
-
-AnyReference = Speed | Ramp | Point | Stop | Legs

@@ -14,7 +14,7 @@ from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, SensorNoise, fly
 from gammastar.flight.fly import prepared
 from gammastar.flight.loop import interval_of, timing
-from gammastar.law import AnyReference, Approach, Heading, Law, Legs, Point, design
+from gammastar.law import AnyReference, Approach, Heading, Law, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
@@ -99,7 +99,7 @@ class Mission:
 
     def certify(self) -> Certificate:
         """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for."""
-        return certify(self._law.vehicle, self._law.path, _asked_speed(self._reference), limits=self._limits)
+        return certify(self._law.vehicle, self._law.path, self._reference.fastest, limits=self._limits)
 
     def fly(self, progress: Callable[[int, int], None] | None = None) -> FlightRecord:
         """Fly the mission and return its record, in `ned`; progress is called with (steps done, steps in all)."""
@@ -238,10 +238,3 @@ class Mission:
             )
         with within("[noise]"):
             return self.file.noise.at(self.file.controller.rate)
-
-
-def _asked_speed(reference: AnyReference) -> float:
-    """Return the speed [path parameter/s] of the largest magnitude that a reference asks for; at a point it rests."""
-    if isinstance(reference, Point):
-        return 0.0
-    return max((leg.speed for leg in reference.legs), key=abs) if isinstance(reference, Legs) else reference.speed

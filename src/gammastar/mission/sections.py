@@ -27,7 +27,7 @@ from gammastar.errors import InputError
 from gammastar.flight import INTEGRATORS, fly
 from gammastar.flight.loop import FEEDBACKS
 from gammastar.frames import FRAMES
-from gammastar.law import Along, Approach, Azimuth, Leg, Legs, Point, Ramp, Speed, Stop, Towards, design
+from gammastar.law import Along, Approach, Azimuth, Leg, Legs, Point, Profile, Ramp, Speed, Stop, Towards, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import orientation
 from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
@@ -69,7 +69,7 @@ class LegsSection(Construction):
 REFERENCES: dict[str, type[Construction]] = {
     **{
         kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
-        for kind in (Speed, Ramp, Point, Stop)
+        for kind in (Speed, Ramp, Point, Stop, Profile)
     },
     "legs": LegsSection,
 }

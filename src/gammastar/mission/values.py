@@ -225,6 +225,7 @@ def _value_type(hint: Any) -> Any:
     types: list[tuple[Any, Any]] = [(float, Number), (int, Integer), (str, Text), (ArrayLike, Array)]
     types += [(float | None, Number | None), (float | str, Formula), (float | str | None, Formula | None)]
     types += [(ArrayLike | tuple[float | str, float | str], Formulas)]
+    types += [(ArrayLike | tuple[float | str, float | str] | None, Formulas | None)]
     types += [(ArrayLike | tuple[float | str, float | str, float | str], Formulas)]
     types += [(Mapping[str, float | str] | None, FormulaTable | None)]
     return next(kind for annotation, kind in types if annotation == hint)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,12 +51,18 @@ class Path(ABC):
     period: float | None  # length of the parameter interval of a closed path, None for an open one
     domain: tuple[float, float]  # one period of a closed path; where an open one is checked, searched first, and drawn
     components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
+    ends: tuple[float, float] | None = None  # parameters at which an open path ends; None where it goes on for good
     data_size: int = 0  # numbers that the graph needs beside the parameter, such as the coefficients of a segment
 
     @property
     def knots(self) -> np.ndarray:
         """Return the parameters (k,) at which the path's pieces join, as a spline's do; none where one formula holds."""
         return np.empty(0)
+
+    @property
+    def graph_key(self) -> Hashable:
+        """Return what names the path's graph: paths with one key differ in their data alone."""
+        return self
 
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the path's data (data_size, n) at parameters (n,); a `place` is a parameter followed by its data."""

@@ -152,11 +152,17 @@ class Curve(ParametricPath):
     name: str = "curve"
     plane_normal: tuple[float, float, float] | None = None
     domain: tuple[float, float] = (-10.0, 10.0)
+    ends: tuple[float, float] | None = None  # of an open curve that a flight does not leave: it stops there
 
     def __post_init__(self) -> None:
         if self.period is not None:
             number(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
+        if self.ends is not None:
+            if self.period is not None:
+                raise PathError(f"{self.name} must be closed or end (got a period and ends); leave one of them out")
+            object.__setattr__(self, "ends", interval(self.ends, self.name))
+            object.__setattr__(self, "domain", self.ends)
         object.__setattr__(self, "domain", interval(self.domain, self.name))
         if self.plane_normal is not None:
             object.__setattr__(self, "plane_normal", tuple(direction(self.plane_normal, "plane_normal")))

@@ -20,6 +20,7 @@ from gammastar.path.interpolation import STANDSTILL
 from gammastar.path.spline import DEGREE, SMOOTH, Spline, derivatives
 
 PIECES = 5  # of a fade: each has one free seventh derivative, and five derivatives are to vanish
+FADES = (1.0, 0.5, 0.25, 0.1)  # of two segments, tried in turn: a shorter fade is sharper but closer to the tangent
 _FADING = range(2, SMOOTH + 1)
 
 
@@ -57,6 +58,22 @@ def extended(spline: Spline, before: float = 0.0, after: float = 0.0, blend: flo
             f"the extension must not stand still (got zero speed at parameter {parameter:.4g} m); shorten its blend"
         )
     return result
+
+
+def run_out(spline: Spline) -> Spline:
+    """Return an open spline with a fade and a straight line at both ends, whose lines may be followed as far as one likes.
+
+    Raises:
+        PathError: The curve would stand still in every fade that was tried.
+    """
+    steps = spline.lengths
+    before, after = (2 * max(float(length), float(steps.mean())) for length in (steps[0], steps[-1]))
+    for shorter in FADES[:-1]:
+        try:
+            return extended(spline, before * shorter, after * shorter)
+        except PathError:
+            continue
+    return extended(spline, before * FADES[-1], after * FADES[-1])
 
 
 def _continued(spline: Spline, length: float, blend: float | None, sense: int) -> tuple[np.ndarray, np.ndarray]:

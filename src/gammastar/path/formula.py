@@ -23,6 +23,7 @@ def curve_from_formula(
     parameter: str = "lambda",
     period: float | str | None = None,
     domain: ArrayLike | tuple[float | str, float | str] = (-10.0, 10.0),
+    ends: ArrayLike | tuple[float | str, float | str] | None = None,
     constants: Mapping[str, float | str] | None = None,
     name: str = "formula",
 ) -> Curve:
@@ -35,6 +36,7 @@ def curve_from_formula(
         parameter: What the formulas call the parameter; λ is the same as lambda.
         period: Of the parameter, for a closed curve; a number or a formula without variables, such as '2*pi'.
         domain: (2,) where an open curve is checked, searched first, and drawn; likewise numbers or formulas.
+        ends: (2,) of an open curve that ends, in place of its domain: a flight stops there; likewise.
         constants: Further names that the formulas may use, with their values; likewise.
         name: How messages call the curve.
     """
@@ -48,6 +50,7 @@ def curve_from_formula(
         period=_period(period, values, name),
         name=name,
         domain=_domain(domain, values, name),
+        ends=None if ends is None else _domain(ends, values, name),
     )
 
 

@@ -2,11 +2,16 @@
 
 The graph evaluates one segment's polynomial; which segment it is, is looked up outside the graph, once a step.  Within a step the
 parameter may leave the segment by a little; its polynomial and the next one agree there up to the sixth derivative.
+
+An open path ends at its last waypoint: there a flight stops.  So that a vehicle beside an end, or beyond it, has a nearest point too, the
+curve itself runs on straight for good, as smooth as the rest.
 """
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -16,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
-from gammastar.path.extension import extended
+from gammastar.path.extension import extended, run_out
 from gammastar.path.interpolation import interpolated
 from gammastar.path.jet import Jet
 from gammastar.path.regularity import check_regular
@@ -39,7 +44,18 @@ class WaypointPath(ParametricPath):
         low, high = float(self.spline.knots[0]), float(self.spline.knots[-1])
         object.__setattr__(self, "domain", (low, high))
         object.__setattr__(self, "period", high - low if self.spline.closed else None)
+        object.__setattr__(self, "ends", None if self.spline.closed else (low, high))
         check_regular(self)
+
+    @functools.cached_property
+    def _table(self) -> Spline:
+        """The spline, an open one with straight lines beyond its ends, whose segments are looked up."""
+        return self.spline if self.spline.closed else run_out(self.spline)
+
+    @property
+    def graph_key(self) -> Hashable:
+        """Return what names the path's graph, which all waypoint paths share."""
+        return WaypointPath
 
     @property
     def knots(self) -> np.ndarray:
@@ -55,26 +71,26 @@ class WaypointPath(ParametricPath):
         """Return (n, order + 1, 3): point and derivatives with respect to the parameter, at parameters (n,)."""
         wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
         segment, begin = self._segments(wanted)
-        rows, step = self.spline.coefficients[segment], (wanted - begin)[:, None]
+        rows, step = self._table.coefficients[segment], (wanted - begin)[:, None]
         return np.stack([_horner(np.moveaxis(rows, -1, 0), step, k) for k in range(order + 1)], axis=1)
 
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the data (25, n) of the segments that hold parameters (n,)."""
         segment, begin = self._segments(np.atleast_1d(np.asarray(parameters, dtype=float)))
-        return np.vstack([begin, self.spline.coefficients[segment].reshape(len(segment), -1).T])
+        return np.vstack([begin, self._table.coefficients[segment].reshape(len(segment), -1).T])
 
     def lookup(self, parameter: Any) -> Any:
         """Graph (MX): return the data (25,) of the segment that holds a parameter, from a table bound as a constant."""
-        knots = self.spline.knots
+        knots = self._table.knots
         whole = self.period * ca.floor((parameter - knots[0]) / self.period) if self.period else ca.MX(0)
         segment = ca.low(ca.DM(knots), parameter - whole)
-        table = ca.DM(np.vstack([knots[:-1], self.spline.coefficients.reshape(len(knots) - 1, -1).T]))
+        table = ca.DM(np.vstack([knots[:-1], self._table.coefficients.reshape(len(knots) - 1, -1).T]))
         column = ca.MX(table)[:, segment]
         return ca.vertcat(column[0] + whole, column[1:])
 
     def _segments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return indices of segments (n,) and the parameters at which they begin, whole periods included."""
-        knots = self.spline.knots
+        knots = self._table.knots
         whole = self.period * np.floor((parameters - knots[0]) / self.period) if self.period else 0.0
         segment = np.clip(np.searchsorted(knots, parameters - whole, side="right") - 1, 0, len(knots) - 2)
         return segment, knots[segment] + whole

@@ -5,6 +5,7 @@ Forces point as in the paper: world and body third axes are down, thrust pushes 
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -52,6 +53,12 @@ class Vehicle:
         for name in ("bias_acceleration", "bias_torque"):
             value = getattr(self, name)
             object.__setattr__(self, name, array([value] * 3 if np.ndim(value) == 0 else value, name, (3,)))
+
+    @functools.cached_property
+    def signature(self) -> tuple[float, ...]:
+        """Return all numbers of the vehicle in a fixed order: vehicles with one signature fly alike."""
+        arrays = (self.inertia, self.bias_acceleration, self.bias_torque)
+        return (self.mass, self.gravity, *(float(x) for values in arrays for x in np.ravel(values)))
 
     @property
     def weight(self) -> float:
