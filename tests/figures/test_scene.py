@@ -1,10 +1,12 @@
 """The scene in space: true to scale, upright, not mirrored, and with the vehicle shown where it turns."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import proj3d
 
+import gammastar as gs
 from figures.kinds import KINDS, tilt_degrees
 from gammastar.figures import scene
 from gammastar.figures.quadrotor import towards_viewer
@@ -65,6 +67,18 @@ def test_flight_and_target_lie_inside_the_box(kind: str) -> None:
 
 def limits_of(axis):
     return axis.get_xlim, axis.get_ylim, axis.get_zlim
+
+
+def test_a_path_is_drawn_no_farther_than_its_domain_and_the_flight() -> None:
+    """Pi is the slope angle of a parabola: below pi/2 everywhere, so there is nothing half a unit beyond 1.2."""
+    path = gs.path.ImplicitPath(
+        lambda x, y, z: y - x**2, lambda x, y, z: z, lambda x, y, z: ca.atan(x), seed=(0, 0, 0), domain=(-1.2, 1.2)
+    )
+    law = gs.design(gs.Vehicle(mass=0.5, inertia=(4e-3, 4e-3, 7e-3)), path, poles=-3)
+    record = gs.fly(law, gs.State(position=(0.5, 0.3, 0.1)), speed=0.2, duration=4)
+    points = scene.target_points(record)
+    assert points[0, 0] == pytest.approx(np.tan(record.tangential_state[:, 0].min() - 0.5))
+    assert points[-1, 0] == pytest.approx(np.tan(1.2))
 
 
 def test_poses_are_denser_in_time_where_the_vehicle_turns_fast() -> None:

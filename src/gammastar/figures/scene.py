@@ -53,7 +53,11 @@ def target_points(record: FlightRecord) -> np.ndarray:
     if path.period is not None:
         return path.points(np.linspace(0, path.period, TARGET_POINTS) + along[0])
     reach = max(0.1 * float(np.ptp(along)), 0.5)
-    return path.points(np.linspace(along.min() - reach, along.max() + reach, TARGET_POINTS))
+    first, last = float(along.min()), float(along.max())
+    low, high = path.domain  # beyond it there may be no path, or another branch of its formula
+    return path.points(
+        np.linspace(max(first - reach, min(low, first)), min(last + reach, max(high, last)), TARGET_POINTS)
+    )
 
 
 def scene_size(record: FlightRecord) -> float:
