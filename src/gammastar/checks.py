@@ -53,6 +53,19 @@ def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
     return result
 
 
+def three(value: ArrayLike, name: str) -> np.ndarray:
+    """Return a finite float array (3,) from one number for all axes or from three, or raise `ShapeError` naming it."""
+    return array(np.repeat(value, 3) if shape_of(value) == () else value, name, (3,))
+
+
+def shape_of(value: ArrayLike) -> tuple[int, ...] | None:
+    """Return the shape of nested numbers, or None when their rows differ in length."""
+    try:
+        return np.shape(value)
+    except ValueError:
+        return None
+
+
 def direction(value: ArrayLike, name: str) -> np.ndarray:
     """Return a unit vector (3,), or raise when it is zero."""
     vector = array(value, name, (3,))

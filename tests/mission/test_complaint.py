@@ -58,6 +58,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "poles": ({"controller.poles": 1}, r"^\[controller\] "),
     "reference": ({"reference": {"kind": "stop", "speed": 0, "coordinate": 1, "braking_time": 1}}, r"^\[reference\] "),
     "truth": ({"truth.inertia_scale": -1}, r"^\[truth\] "),
+    "uneven truth": ({"truth.inertia_scale": [[1, 2], 3]}, r"^\[truth\] inertia_scale must be numbers of shape"),
+    "uneven inertia": ({"vehicle.inertia": [[1, 2], 3]}, r"^\[vehicle\] inertia .* rows of different lengths"),
     "limits": ({"limits.torque": -1}, r"^\[limits\] "),
     "rows": ({"flight.duration": 1e12}, r"^\[flight\] a flight must have at most \d+ rows \(got 1e\+15"),
     "more rows": ({"flight.duration": 1e308}, r"^\[flight\] a flight must have at most"),

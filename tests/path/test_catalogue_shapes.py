@@ -238,6 +238,11 @@ BAD = {
     "lissajous of two numbers": (lambda: paths.lissajous((1, 1)), ShapeError, "amplitudes"),
     "lissajous of half a turn": (lambda: paths.lissajous(frequencies=(1, 2.5, 3)), InputError, "frequency"),
     "lissajous of negative frequency": (lambda: paths.lissajous(frequencies=(1, -2, 3)), InputError, "frequency"),
+    "lissajous of far too many waves": (lambda: paths.lissajous(frequencies=(1e308, 1, 1)), InputError, "at most 1000"),
+        lambda: paths.circle(1e308, kind="implicit", coordinates="quadratic"),
+        PathError,
+        "circle",
+    ),
     "lissajous with a common factor": (lambda: paths.lissajous(frequencies=(2, 4, 1)), PathError, "x and y"),
     "lissajous in step": (lambda: paths.lissajous(phases=(90, 180, 0)), PathError, "x and y"),
     "lissajous along itself": (lambda: paths.lissajous(frequencies=(1, 1, 1), phases=(0, 180, 0)), PathError, "back"),
@@ -281,3 +286,10 @@ def test_any_two_axes_in_step_are_named(frequencies: list[int]) -> None:
         phases[j] = frequencies[j] * phases[i] / frequencies[i]
         with pytest.raises(PathError, match=f"phases of {'xyz'[i]} and {'xyz'[j]}"):
             paths.lissajous((1, 1, 1), frequencies, phases)
+
+
+def test_whole_turns_of_a_phase_change_nothing() -> None:
+    """Not even a huge number of them, beyond which no step between phases can be counted."""
+    turned = paths.lissajous(phases=(90.0 + 3600, 90.0 - 720, 0.0)).points(np.linspace(0, 6, 9))
+    assert np.allclose(turned, paths.lissajous().points(np.linspace(0, 6, 9)), atol=1e-12)
+    assert paths.lissajous(phases=(1e308, 1e308, 1e307)).period is not None

@@ -220,6 +220,8 @@ BAD = {
     "triangle": ({"inertia": (0.1, 0.1, 0.3)}, InputError, "triangle"),
     "turned triangle": ({"inertia": [[0.2, 0.1, 0], [0.1, 0.2, 0], [0, 0, 0.05]]}, InputError, "triangle"),
     "two loads": ({"bias_acceleration": (1, 2)}, ShapeError, "bias_acceleration"),
+    "uneven rows": ({"inertia": [[0.1, 0], [0.1]]}, ShapeError, "inertia .* rows of different lengths"),
+    "uneven loads": ({"bias_torque": [[0.1, 0], 0.1]}, ShapeError, "bias_torque"),
     "NaN load": ({"bias_torque": np.nan}, ShapeError, "bias_torque"),
 }
 

@@ -26,8 +26,7 @@ class TruthSection(Section):
 
         Scales s of the body axes turn J into D J D with D = diag(sqrt(s)): moments are scaled, products stay consistent.
         """
-        scale = np.broadcast_to(self.inertia_scale, 3) if np.ndim(self.inertia_scale) == 0 else self.inertia_scale
-        scales = checks.array(scale, "inertia_scale", (3,))
+        scales = checks.three(self.inertia_scale, "inertia_scale")
         if np.any(scales <= 0):
             raise InputError(
                 f"inertia_scale must be positive (got {scales.tolist()}); 1 leaves the inertia as believed"
@@ -47,10 +46,7 @@ class ChannelSection(Section):
 
     def at(self, control_rate: float) -> list[float]:
         """Return the deviations (3,) at the control rate that have the same power spectral density."""
-        deviations, rates = (
-            checks.array(np.broadcast_to(value, 3) if np.ndim(value) == 0 else value, name, (3,))
-            for name, value in (("deviation", self.deviation), ("rate [Hz]", self.rate))
-        )
+        deviations, rates = checks.three(self.deviation, "deviation"), checks.three(self.rate, "rate [Hz]")
         return [density_preserving(s, f, control_rate) for s, f in zip(deviations, rates, strict=True)]
 
 

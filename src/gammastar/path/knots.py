@@ -19,6 +19,7 @@ from gammastar.errors import InputError, PathError, UnknownNameError
 from gammastar.path.curve import Curve
 from gammastar.path.placement import FULL_TURN
 
+MOST_WAVES = 1000  # in one period, a slip beyond
 TOUCHING = 1e-9  # of half a turn: phases this near to a crossing are refused as one
 
 
@@ -76,6 +77,8 @@ def lissajous(
     counts = [
         _whole(number(count, "frequency", above=0), "frequency") for count in array(frequencies, "frequencies", (3,))
     ]
+    if max(counts) > MOST_WAVES:
+        raise InputError(f"a frequency must be at most {MOST_WAVES} (got {max(counts):.4g}); lower it")
     lags = array(phases, "phases [deg]", (3,))
     aligned = []
     for i, j in combinations(range(3), 2):
@@ -85,7 +88,7 @@ def lissajous(
                 f"the frequencies of {names} must have no common factor (got {counts[i]} and {counts[j]}); "
                 "the curve would meet itself, change one of them"
             )
-        step = (counts[j] * lags[i] - counts[i] * lags[j]) / 180
+        step = (counts[j] * (lags[i] % 360) - counts[i] * (lags[j] % 360)) / 180
         aligned.append(abs(step - round(step)) <= TOUCHING)
         if aligned[-1] and counts[k] > 1:
             raise PathError(

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, number
+from gammastar.checks import array, number, shape_of, three
 from gammastar.errors import InputError, ShapeError
 from gammastar.vehicle.state import StateGraph
 
@@ -51,8 +51,7 @@ class Vehicle:
         object.__setattr__(self, "gravity", number(self.gravity, "gravity [m/s^2]", at_least=0))
         object.__setattr__(self, "inertia", _inertia_matrix(self.inertia))
         for name in ("bias_acceleration", "bias_torque"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, array([value] * 3 if np.ndim(value) == 0 else value, name, (3,)))
+            object.__setattr__(self, name, three(getattr(self, name), name))
 
     @functools.cached_property
     def signature(self) -> tuple[float, ...]:
@@ -127,9 +126,10 @@ class Vehicle:
 
 def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
     """Return a symmetric positive definite (3, 3) inertia from three moments or a matrix, or raise."""
-    shape = np.shape(inertia)
-    if shape not in {(3,), (3, 3)}:
-        raise ShapeError(f"inertia [kg m^2] must be 3 moments or a 3x3 matrix (got shape {shape}); give one of the two")
+    shape = shape_of(inertia)
+    if shape is None or shape not in {(3,), (3, 3)}:
+        got = "rows of different lengths" if shape is None else f"shape {shape}"
+        raise ShapeError(f"inertia [kg m^2] must be 3 moments or a 3x3 matrix (got {got}); give one of the two")
     given = array(inertia, "inertia [kg m^2]", shape)
     matrix = np.diag(given) if shape == (3,) else given
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
