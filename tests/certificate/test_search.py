@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from certificate.curves import TURN, opened
-from gammastar.certificate.search import Search, extremes, narrowed, negative_stretches
+from gammastar.certificate.search import Search, brackets, extremes, narrowed, negative_stretches
 from gammastar.path import catalogue as paths
 from gammastar.path.sampling import Samples, sample
 
@@ -54,6 +54,11 @@ def test_a_constant_has_its_extreme_at_the_start(sign: int) -> None:
     tilted = sample(paths.circle(2.0, (1, 2, 3), (1, 1, 1)))
     found = extremes(tilted, {"speed": (lambda jets: np.linalg.norm(jets[:, 1], axis=1), sign)})["speed"]
     assert found.parameter == 0
+
+
+def test_a_constant_is_narrowed_at_one_place(circle: Samples) -> None:
+    """Equal neighbours are one candidate, which keeps the certificate of a circle cheap."""
+    assert len(brackets(circle, lambda jets: np.linalg.norm(jets[:, 1], axis=1), 1)) == 1
 
 
 def test_a_peak_at_the_seam_of_a_closed_path_is_one(circle: Samples) -> None:

@@ -136,7 +136,7 @@ def brackets(samples: Samples, quantity: Quantity, sign: int) -> np.ndarray:
         values = np.round(values / size, DECIMALS)
     around = np.pad(values, 1, constant_values=-np.inf)
     before, after = around[:-2], around[2:]
-    peaks = np.flatnonzero((values >= before) & (values >= after) & (values > -np.inf))
+    peaks = np.flatnonzero((values > before) & (values >= after))  # of equal neighbours the first
     if not peaks.size:
         peaks = np.array([int(np.argmax(values))])
     with np.errstate(invalid="ignore"):
