@@ -11,7 +11,12 @@ from typing import Any
 
 from gammastar.cli.process import note
 
-HIDDEN = ("mission", "message", "versions")  # of a flight's table: they stand around it, or in the JSON object only
+HIDDEN = (
+    "mission",
+    "message",
+    "certificate",
+    "versions",
+)  # of a flight's table: they stand around it, or in the JSON object only
 MARKS = {"holds": "green", "definition": "green", "misprint": "yellow", "false": "yellow", "failed": "bold red"}
 
 
@@ -62,6 +67,23 @@ def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
     if summary["status"] == "completed":
         lines.append(f"{summary['end_time_s']:g} s: {summary['message']}")
     text("\n".join(lines))
+
+
+def certificate(data: Mapping[str, Any], table: str, files: Sequence[Path], as_json: bool) -> None:
+    """Print a certificate: title, table, why not if so, and where the files are."""
+    if as_json:
+        json_object({**data, "files": [str(file) for file in files]})
+        return
+    wrote = [f"wrote {', '.join(str(file) for file in files)}"] if files else []
+    text("\n".join([str(data["mission"]), "", table, *wrote]))
+
+
+def no_certificate(reason: str, as_json: bool) -> None:
+    """Print why a path is refused before there is anything to certify."""
+    if as_json:
+        json_object({"flyable": False, "reasons": [reason], "files": []})
+    else:
+        text(f"not flyable: {reason}")
 
 
 def missions(titles: Mapping[str, str], as_json: bool) -> None:

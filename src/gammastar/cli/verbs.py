@@ -9,7 +9,8 @@ import typer
 
 from gammastar import __version__, mission
 from gammastar.cli import output
-from gammastar.errors import MissionError
+from gammastar.cli.process import note
+from gammastar.errors import MissionError, PathError
 from gammastar.mission.complaint import shown
 
 DEEPEST_KEY = 8  # levels of a dotted key; missions have three
@@ -19,7 +20,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     help="Fly underactuated vehicles along smooth curves exactly, from any attitude.",
-    epilog="Exit codes: 0 done, 1 a flight ended early or a claim failed, 2 input that cannot be used, 130 interrupted.",
+    epilog="Exit codes: 0 done, 1 not flyable, ended early or a claim failed, 2 input that cannot be used, 130 interrupted.",
 )
 
 MissionName = Annotated[
@@ -60,8 +61,10 @@ def fly(
     changes: Changes = None,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Whether --out draws figures.")] = True,
+    force: Annotated[bool, typer.Option("--force", help="Fly also what its certificate calls not flyable.")] = False,
 ) -> int:
-    """Fly a mission and print its numbers."""
+    """Certify the path of a mission, fly it and print its numbers."""
+    from gammastar.report.certificate import brief
     from gammastar.report.folder import file_names, flight_summary, require_libraries, write_folder
     from gammastar.report.place import chosen_folder
 
@@ -70,12 +73,46 @@ def fly(
     if out is not None:
         folder = chosen_folder(out, file_names(figures), None if name in mission.names() else Path(name))
         require_libraries(figures)
+    certificate = chosen.certify()
+    if not certificate.flyable:
+        reason = certificate.reasons[0]
+        if not force:
+            raise MissionError(f"[path] {reason}; or fly it all the same with --force")
+        note(f"flown all the same: {reason}")
     with output.progress("flying") as progress:
         record = chosen.fly(progress)
-    summary = flight_summary(chosen, record, __version__)
+    summary = flight_summary(chosen, record, __version__, brief(certificate))
     files = write_folder(folder, chosen, record, summary, figures) if folder is not None else []
     output.flight(summary, files, as_json)
     return 0 if record.completed else 1
+
+
+@app.command()
+def check(
+    name: MissionName,
+    out: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|DIR", help="Draw the path, coloured by its tightest limit: .png, .svg or .pdf, or a folder."
+        ),
+    ] = None,
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> int:
+    """Certify that a mission's path can be followed, how fast, and what that demands; nothing is flown."""
+    from gammastar.report import certificate as report
+
+    target = None if out is None else report.chosen_target(out)
+    try:
+        chosen = _mission(name, changes)
+        certificate = chosen.certify()
+    except PathError as error:
+        output.no_certificate(str(error), as_json)
+        return 1
+    data = {"mission": chosen.title, "frame": "ned", **certificate.as_dict()}
+    files = report.write(target, certificate, chosen.title, data) if target is not None else []
+    output.certificate(data, report.table(certificate), files, as_json)
+    return 0 if certificate.flyable else 1
 
 
 @app.command()

@@ -141,8 +141,8 @@ def dress_space(axis: Any, low: np.ndarray, high: np.ndarray, view: tuple[float,
         side.set_tick_params(labelsize=style.SMALL, colors=style.INK, pad=3 if side is axis.zaxis else 0)
 
 
-def fit(figure: Figure, axis: Any, title: str) -> None:
-    """Shrink a figure to its one panel in space, with the title and the legend above it; its longer side becomes SIDE."""
+def fit(figure: Figure, axis: Any, title: str, below: float = 0.0) -> None:
+    """Shrink a figure to its one panel in space, with title and legend above it and room `below` [in]; its longer side becomes SIDE."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure.set_layout_engine("none")
@@ -161,10 +161,10 @@ def fit(figure: Figure, axis: Any, title: str) -> None:
     extent = names.get_window_extent(canvas.get_renderer())
     width = max(right - left, extent.width / figure.dpi)
     above = style.title_height(title, width)
-    height = top - bottom + extent.height / figure.dpi + above
+    height = top - bottom + extent.height / figure.dpi + above + below
     figure.set_size_inches(width, height)
     margin = (width - (right - left)) / 2
-    axis.set_position(((margin - left) / width, -bottom / height, square / width, square / height))
+    axis.set_position(((margin - left) / width, (below - bottom) / height, square / width, square / height))
     if title:
         style.entitle(figure, title, width, y=1 - 0.08 / height, va="top")
         names.set_bbox_to_anchor((0.5, 1 - above / height))

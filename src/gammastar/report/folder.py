@@ -23,8 +23,8 @@ from gammastar.report.place import filled
 ROWS, SUMMARY, MISSION = "flight.parquet", "summary.json", "mission.toml"
 
 
-def flight_summary(mission: Mission, record: FlightRecord, version: str) -> Summary:
-    """Return the record's summary with the mission's title and frame, and the versions that computed it.
+def flight_summary(mission: Mission, record: FlightRecord, version: str, certificate: Mapping[str, Any]) -> Summary:
+    """Return the record's summary with the mission's title and frame, its certificate in brief, and the versions that computed it.
 
     No number in it depends on the frame.
     """
@@ -34,6 +34,7 @@ def flight_summary(mission: Mission, record: FlightRecord, version: str) -> Summ
             "frame": mission.frame,
             **record.summary(),
             "start_attitude_distance": mission.start_attitude_distance,
+            "certificate": certificate,
             "versions": {
                 "gammastar": version,
                 "casadi": metadata.version("casadi"),
