@@ -166,6 +166,21 @@ def test_what_a_library_makes_of_an_interrupt_is_one(
     assert capsys.readouterr().err == "interrupted; no file was left half written\n"
 
 
+def test_an_error_after_a_signal_is_its_doing(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An interrupt while a wrapped function sorts its arguments comes out as a complaint about their types."""
+
+    def fail(*_: object) -> None:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        raise NotImplementedError("Wrong number or type of arguments")
+
+    monkeypatch.setattr("gammastar.mission.Mission.fly", fail)
+    assert main(["fly", "upright"]) == 143
+    assert capsys.readouterr().err == "interrupted; no file was left half written\n"
+
+
 def test_a_failure_in_moving_names_the_place_it_was_moved_to(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -179,7 +194,7 @@ def test_a_failure_in_moving_names_the_place_it_was_moved_to(
     assert ".gammastar-" not in sentence
 
 
-def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
+def test_an_interrupt_that_is_lost_in_a_destructor_is_repeated() -> None:
     class Caller:
         def __del__(self) -> None:
             signal.raise_signal(signal.SIGTERM)
@@ -193,4 +208,4 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
     with process.stopped_by_signals() as received, pytest.raises(KeyboardInterrupt):
         work()
     assert time.monotonic() - began < 5
-    assert received == [signal.SIGTERM, signal.SIGTERM]
+    assert received == [signal.SIGTERM, signal.SIGALRM]

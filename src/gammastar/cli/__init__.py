@@ -28,10 +28,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with process.stopped_by_signals() as received:
         try:
             code = _run(arguments)
-        except (KeyboardInterrupt, SystemError) as error:
-            if not process.is_interrupt(error):
-                raise
-            code = process.INTERRUPTED
+        except (Exception, KeyboardInterrupt) as error:
+            # A library in another language may turn an interrupt into any error.
+            interrupted = received or process.is_interrupt(error)
+            code = process.INTERRUPTED if interrupted else _explained(error)
         finally:
             process.settle_streams()
     if code == process.INTERRUPTED:
@@ -41,34 +41,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Parse and call; return the exit code, of a refusal too."""
+    """Parse and call; return the exit code."""
     from gammastar.cli.verbs import app
 
-    try:
-        code: Any = app(
-            args=None if arguments is None else list(arguments), prog_name="gammastar", standalone_mode=False
-        )
-        return code or 0
-    except GammastarError as error:
-        return _stopped(str(error))
-    except OutputError as error:
-        if isinstance(error.cause, BrokenPipeError):
+    code: Any = app(args=None if arguments is None else list(arguments), prog_name="gammastar", standalone_mode=False)
+    return code or 0
+
+
+def _explained(error: BaseException) -> int:
+    """Say why nothing more is done and return the exit code; an error that is ours to mend is raised again."""
+    match error:
+        case GammastarError():
+            return _stopped(str(error))
+        case OutputError(cause=BrokenPipeError()):
             return process.PIPE_CLOSED
-        return _stopped(
-            f"standard output must be open to writing (got: {error.cause.strerror}); send it elsewhere", FAILED
-        )
-    except OSError as error:
-        file = error.filename2 or error.filename
-        place = f" {file}" if file else ""
-        return _stopped(
-            f"files must be open to reading and writing (got{place}: {error.strerror or error}); choose another place"
-        )
-    except MemoryError:
-        return _stopped("a flight must fit into memory (got a longer one); shorten it or take longer steps")
-    except Exception as error:
-        if not hasattr(error, "format_message"):  # what typer raises for a command line that it cannot read
-            raise
+        case OutputError(cause=cause):
+            return _stopped(
+                f"standard output must be open to writing (got: {cause.strerror}); send it elsewhere", FAILED
+            )
+        case OSError():
+            file = error.filename2 or error.filename
+            place = f" {file}" if file else ""
+            return _stopped(
+                f"files must be open to reading and writing (got{place}: {error.strerror or error}); choose another place"
+            )
+        case MemoryError():
+            return _stopped("a flight must fit into memory (got a longer one); shorten it or take longer steps")
+    if hasattr(error, "format_message"):  # what typer raises for a command line that it cannot read
         return _stopped(f"{error.format_message().rstrip('.')}; see gammastar --help")
+    raise error
 
 
 def _stopped(sentence: str, code: int = REFUSED) -> int:

@@ -11,9 +11,9 @@ import threading
 from collections.abc import Iterator
 from typing import Any, TextIO
 
-STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
 INTERRUPTED = 128 + signal.SIGINT  # as shells count what a signal ends
-AGAIN = 0.01  # [s] after which a lost interrupt is sent again
+AGAIN = 0.3  # [s] after which an interrupt is repeated: long enough to remove temporary files, too short to be noticed
 PIPE_CLOSED = 128 + 13  # SIGPIPE, which Python turns into an error
 
 
@@ -46,32 +46,30 @@ def note(words: str) -> None:
 def stopped_by_signals() -> Iterator[list[int]]:
     """Let every signal of `STOPS` interrupt as Ctrl-C does, so that temporary files go; yield the list of those received.
 
-    A signal that whoever started the process has chosen to ignore stays ignored.  An interrupt that meets a destructor is lost
-    there, as Python has it, so it is sent again a little later.
+    A signal that whoever started the process has chosen to ignore stays ignored.  An interrupt may be lost on its way, in a
+    destructor or where a library in another language sorts its arguments, so an alarm repeats it until the block has ended.
     """
     received: list[int] = []
 
     def stop(number: int, _: Any) -> None:
         received.append(number)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN)
         raise KeyboardInterrupt
 
-    def send_again(lost: Any) -> None:
+    def unless_interrupt(lost: Any) -> None:
         if not received or lost.exc_type is not KeyboardInterrupt:
             unraisable(lost)
-            return
-        timer = threading.Timer(AGAIN, signal.pthread_kill, (threading.get_ident(), received[-1]))
-        timer.daemon = True
-        timer.start()
 
-    if threading.current_thread() is not threading.main_thread():  # handlers belong to the main thread
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
         yield received
         return
     usual = (signal.SIG_DFL, signal.default_int_handler)
     before = {each: signal.signal(each, stop) for each in STOPS if signal.getsignal(each) in usual}
-    unraisable, sys.unraisablehook = sys.unraisablehook, send_again
+    unraisable, sys.unraisablehook = sys.unraisablehook, unless_interrupt
     try:
         yield received
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = unraisable
         for each, handler in before.items():
             signal.signal(each, handler)
