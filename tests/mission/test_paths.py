@@ -46,6 +46,7 @@ FORMS: dict[str, dict[str, Any]] = {
     "closed waypoints": {"name": "waypoints", "points": GATES, "closed": True, "spacing": "centripetal"},
     "extended waypoints": {"name": "waypoints", "points": GATES, "before": 2, "after": 3, "blend": 1},
     "formula": {"name": "formula", "x": "t", "y": "a*t**2", "z": "sin(t)", "parameter": "t", "constants": {"a": "1/3"}},
+    "formula that ends": {"name": "formula", "x": "t", "y": "t**2/5", "z": "1", "parameter": "t", "ends": [-1, "2*pi"]},
     "closed formula": {"name": "formula", "x": "cos(λ)", "y": "sin(λ)", "z": "0.2*sin(2*lambda)", "period": "2*pi"},
     "implicit formula": {
         "name": "formula",
@@ -136,6 +137,19 @@ def test_open_waypoints_run_on_beyond_their_ends() -> None:
     path, bare = (mission(FORMS[name]).law().path for name in ("extended waypoints", "waypoints"))
     assert np.allclose(np.subtract(path.domain, bare.domain), [-2, 3], atol=1e-12)
     assert np.allclose(path.points(PARAMETERS), bare.points(PARAMETERS), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["waypoints", "formula that ends"])
+def test_an_open_path_is_flown_to_its_end_and_no_farther(name: str) -> None:
+    """Also when it is turned and scaled."""
+    flown = mission(
+        FORMS[name] | PLACE, reference={"kind": "speed", "speed": 2.0}, flight={"duration": 20, "step": 0.01}
+    )
+    start = flown.law().path.points(np.array([0.5]))[0]
+    record = flown.with_values({"start.position": start}).fly()
+    end = flown.law().path.points(np.array([flown.law().path.domain[1]]))[0]
+    assert np.linalg.norm(record.position[-1] - end) < 1e-3
+    assert np.linalg.norm(record.velocity[-1]) < 1e-3
 
 
 def test_a_formula_of_position_makes_an_implicit_path() -> None:
