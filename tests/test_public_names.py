@@ -2,6 +2,7 @@
 
 import __future__
 
+import ast
 import json
 import re
 import subprocess
@@ -50,8 +51,32 @@ def test_every_name_in_sight_is_public() -> None:
     assert {n for n in unlisted if not is_submodule(in_sight[n]) and in_sight[n] is not __future__.annotations} == set()
 
 
+def test_names_are_the_same_for_type_checkers() -> None:
+    """What loads on first use is what the imports say that only type checkers read."""
+    tree = ast.parse(Path(gammastar.__file__).read_text(encoding="utf-8"))
+    (block,) = (each for each in tree.body if isinstance(each, ast.If))
+    read: dict[str, object] = {}
+    exec(compile(ast.Module(block.body, []), "imports", "exec"), read)
+    del read["__builtins__"]
+    assert sorted(read) == gammastar.__all__
+    assert {name: getattr(gammastar, name) for name in read} == read
+
+
+def test_import_loads_nothing_but_the_package() -> None:
+    """A command has to be in charge of interrupts before libraries load, which takes longer than anything else of its start."""
+    code = "import sys, gammastar; print({'numpy', 'casadi', 'typer'} & set(sys.modules)); gammastar.paths, gammastar.engine"
+    answer = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        check=True,
+        cwd=Path(gammastar.__file__).parents[1],
+        text=True,
+    )
+    assert answer.stdout == "set()\n"
+
+
 def test_import_loads_no_heavy_library() -> None:
-    code = "import json, sys, gammastar; print(json.dumps(list(sys.modules)))"
+    code = "import json, sys, gammastar; gammastar.fly; print(json.dumps(list(sys.modules)))"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, check=True, cwd=Path(gammastar.__file__).parents[1]
     )

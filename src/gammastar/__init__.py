@@ -1,29 +1,35 @@
 """gammastar: fly underactuated vehicles along smooth curves exactly, from any attitude."""
 
+import importlib as _importlib
+import importlib.util as _util
 import typing as _typing
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from gammastar import errors, so3
-from gammastar.flight import INTEGRATORS, FlightRecord, Replacement, SensorNoise, Status, fly
-from gammastar.law import (
-    Along,
-    Approach,
-    Azimuth,
-    Law,
-    Leg,
-    Legs,
-    Point,
-    Prediction,
-    Profile,
-    Ramp,
-    Speed,
-    Stop,
-    Towards,
-    design,
-)
-from gammastar.path import Curve, ImplicitPath
-from gammastar.path import catalogue as paths
-from gammastar.path.waypoints import waypoints
-from gammastar.vehicle import State, Vehicle
+if _TYPE_CHECKING:
+    from gammastar import errors, so3
+    from gammastar.flight import INTEGRATORS, FlightRecord, Replacement, SensorNoise, Status, fly
+    from gammastar.law import (
+        Along,
+        Approach,
+        Azimuth,
+        Law,
+        Leg,
+        Legs,
+        Point,
+        Prediction,
+        Profile,
+        Ramp,
+        Speed,
+        Stop,
+        Towards,
+        design,
+    )
+    from gammastar.mission import Mission
+    from gammastar.mission import load as load_mission
+    from gammastar.path import Curve, ImplicitPath
+    from gammastar.path import catalogue as paths
+    from gammastar.path.waypoints import waypoints
+    from gammastar.vehicle import State, Vehicle
 
 __all__ = [
     "Along",
@@ -60,15 +66,36 @@ __all__ = [
 __version__ = "0.1.0"
 
 
+_ROOMS = {  # room -> the public names that it has
+    "flight": ("FlightRecord", "INTEGRATORS", "Replacement", "SensorNoise", "Status", "fly"),
+    "law": (
+        *("Along", "Approach", "Azimuth", "Law", "Leg", "Legs", "Point", "Prediction", "Profile"),
+        *("Ramp", "Speed", "Stop", "Towards", "design"),
+    ),
+    "mission": ("Mission",),
+    "path": ("Curve", "ImplicitPath"),
+    "path.waypoints": ("waypoints",),
+    "vehicle": ("State", "Vehicle"),
+}
+_HOMES = {name: (room, name) for room, names in _ROOMS.items() for name in names}
+_HOMES["load_mission"] = ("mission", "load")
+
+
 def __dir__() -> list[str]:
     """List the public names, those that load on first use included."""
     return [*__all__, "__version__"]
 
 
 def __getattr__(name: str) -> _typing.Any:
-    """Load mission files on first use: reading TOML takes a library that a flight in Python does not need."""
-    if name in {"Mission", "load_mission"}:
-        from gammastar import mission
-
-        return mission.Mission if name == "Mission" else mission.load
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Load a public name or a room on first use, so that a command can be interrupted while libraries still load."""
+    if name == "paths":
+        value: _typing.Any = _importlib.import_module("gammastar.path.catalogue")
+    elif name in _HOMES:
+        room, own = _HOMES[name]
+        value = getattr(_importlib.import_module(f"gammastar.{room}"), own)
+    elif not name.startswith("_") and _util.find_spec(f"gammastar.{name}"):
+        value = _importlib.import_module(f"gammastar.{name}")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value

@@ -95,6 +95,25 @@ def stopped(running: subprocess.Popen[str], number: int) -> str:
     return err
 
 
+def test_an_interrupt_while_libraries_load_is_one_line() -> None:
+    """As soon as the first file of a library has been opened."""
+    program = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        "        if name == 'numpy': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "sys.argv = ['gammastar', 'missions']\n"
+        "from gammastar.cli import main\n"
+        "sys.exit(main())\n"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=ENVIRONMENT, check=False
+    )
+    assert answer.returncode == 130
+    assert answer.stderr == "interrupted; no file was left half written\n"
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_during_a_flight_leaves_nothing(number: int, tmp_path: Path) -> None:
     """A long flight: one line, the code of the signal, no folder."""
