@@ -100,13 +100,14 @@ def _draw_strand(axis: Any, points: np.ndarray, colors: np.ndarray | None) -> No
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     rows = np.unique(np.linspace(0, len(points) - 1, PIECES + 1).round().astype(int))
-    first, last, after = rows[:-1], rows[1:], np.append(rows[2:], rows[-1])
-    pieces = np.stack([points[first], points[last], points[after]], axis=1)
+    first, last = rows[:-1], rows[1:]
+    before, after = np.insert(rows[:-2], 0, rows[0]), np.append(rows[2:], rows[-1])
+    edges = np.stack([points[first], points[first], points[last], points[last]], axis=1)
+    bodies = np.stack([points[before], points[first], points[last], points[after]], axis=1)  # longer: no seam is left
     shades = np.tile(_rgba(style.FAINT), (len(first), 1)) if colors is None else colors[first]
     order = np.argsort(points[first] @ towards_viewer(axis))
-    edges = np.ones_like(shades)
-    both = np.stack([pieces[order], pieces[order]], axis=1).reshape(-1, 3, 3)
-    paints = np.stack([edges, shades[order]], axis=1).reshape(-1, 4)
+    both = np.stack([edges[order], bodies[order]], axis=1).reshape(-1, 4, 3)
+    paints = np.stack([np.ones_like(shades), shades[order]], axis=1).reshape(-1, 4)
     widths = np.tile([CASING, BODY], len(order))
     axis.add_collection3d(Line3DCollection(both, colors=paints, linewidths=widths, capstyle="butt", zorder=3))
 
