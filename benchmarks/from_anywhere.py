@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import collections
+import functools
 import time
 from concurrent.futures import ProcessPoolExecutor
 
@@ -35,9 +36,15 @@ def ball(generator: np.random.Generator, radius: float) -> np.ndarray:
     return radius * generator.uniform() ** (1 / 3) * direction / np.linalg.norm(direction)
 
 
+@functools.cache
+def path_of(name: str) -> gs.Curve:
+    """Return a path, the same object every time, so that its graph is built once in each process."""
+    return PATHS[name]()
+
+
 def fly(name: str, seed: int) -> tuple[str, int, str]:
     """Fly one start and return (path, seed, 'settled' or what happened instead)."""
-    path = PATHS[name]()
+    path = path_of(name)
     generator = np.random.default_rng((seed, len(name)))
     sample = path.points(np.linspace(*path.domain, 200))
     middle = sample.mean(axis=0)

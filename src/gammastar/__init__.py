@@ -28,6 +28,7 @@ if _TYPE_CHECKING:
     from gammastar.mission import load as load_mission
     from gammastar.path import Curve, ImplicitPath
     from gammastar.path import catalogue as paths
+    from gammastar.path.metres import by_length
     from gammastar.path.waypoints import waypoints
     from gammastar.vehicle import State, Vehicle
 
@@ -55,6 +56,7 @@ __all__ = [
     "Stop",
     "Towards",
     "Vehicle",
+    "by_length",
     "design",
     "errors",
     "fly",
@@ -74,6 +76,7 @@ _ROOMS = {  # room -> the public names that it has
     ),
     "mission": ("Mission",),
     "path": ("Curve", "ImplicitPath"),
+    "path.metres": ("by_length",),
     "path.waypoints": ("waypoints",),
     "vehicle": ("State", "Vehicle"),
 }

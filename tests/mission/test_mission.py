@@ -378,3 +378,13 @@ def test_errors_of_a_mission_are_ours() -> None:
     for bad in ({}, {"vehicle": 3}, SHORT | {"path": {"name": "circle", "radius": -1}}, SHORT | {"frame": "neu"}):
         with pytest.raises(GammastarError):
             Mission.from_values(bad)
+
+
+def test_progress_in_metres_is_a_key_of_the_path() -> None:
+    """An ellipse at 0.5 m/s: the vehicle's own speed is that of the reference, and the places of a schedule are metres."""
+    flown = mission(path={"name": "ellipse", "progress": "metres"}, start__position=[2.0, 0.1, 0.2])
+    record = flown.with_values({"reference.speed": 0.5, "flight.duration": 12.0}).fly()
+    assert np.linalg.norm(record.velocity[-1]) == pytest.approx(0.5, rel=1e-3)
+    assert Mission.from_values(flown.values()) == flown
+    with pytest.raises(GammastarError, match=r"\[path\].*implicit"):
+        mission(path={"name": "circle", "kind": "implicit", "progress": "metres"})

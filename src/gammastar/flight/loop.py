@@ -128,8 +128,12 @@ class ClosedLoop:
     def start(self, state: np.ndarray, parameter: float, held: np.ndarray | None = None) -> np.ndarray:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
         law, waiting = self.law, 0.0
-        if law.approach is not None and law.focal_margin(state, parameter) < law.approach.enter:
-            waiting = 1.0
+        if law.approach is not None:
+            place = np.concatenate([[parameter], law.path.data(np.array([parameter]))[:, 0]])
+            waiting = (
+                float(engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)(state, place))
+                < law.approach.enter
+            )
         key = np.array([parameter if self.reference.over_progress else 0.0])
         inputs = np.vstack([self.reference.pieces.data(key), law.path.data(np.array([parameter]))])[:, 0]
         decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
@@ -168,12 +172,23 @@ class ClosedLoop:
         if law.approach is None:
             return parameter, ca.SX(0)
         assert isinstance(law.path, ParametricPath)
-        margin, _ = law.path.nearness(state.position, ca.vertcat(parameter, data))
+        margin, _, _ = law.path.nearness(state.position, state.velocity, ca.vertcat(parameter, data))
         candidate = law.path.track(state.position, ca.vertcat(parameter, data), CAPTURE_STEPS)
-        candidate_margin, residual = law.path.nearness(state.position, ca.vertcat(candidate, data))
-        captured = ca.logic_and(candidate_margin > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
+        entering, residual = self._entering(state, ca.vertcat(candidate, data))
+        captured = ca.logic_and(entering > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
         still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
         return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
+
+    def _entering(self, state: StateGraph, place: Any) -> tuple[Any, Any]:
+        """Graph: return the focal margin that is left when the velocity across the path has died out, and the place's residual."""
+        assert isinstance(self.law.path, ParametricPath)
+        margin, rate, residual = self.law.path.nearness(state.position, state.velocity, place)
+        return margin - self.law.lead * rate, residual
+
+    def _entry(self) -> Any:
+        """Return the function (state, place) -> margin that decides whether a flight starts by waiting."""
+        state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
+        return ca.Function("entry", [state, place], [self._entering(split(state), place)[0]])
 
     def _continuous(
         self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings

@@ -6,7 +6,8 @@ Near the path none of the three acts, and the closed loop is exactly linear; a f
   k_1 e_max / k_2, and the loop stays stable: the cut is a sector nonlinearity in [0, 1], and for the default poles the real part
   of the loop's frequency response stays above -3/8 (circle criterion).
 * Near focal points the projection is not unique.  There the law holds a point of the path as a fixed target, which waits until
-  the vehicle is inside the tube; entering and leaving have different margins, so the two modes do not chatter.
+  the vehicle is inside the tube; entering and leaving have different margins, so the two modes do not chatter.  A vehicle that
+  crosses the tube is not inside it: what counts on entering is the margin less what the velocity across the path may still take.
 * The second derivative of the thrust is kept above the one with which the thrust decays to a floor: the thrust never reaches
   zero, and the attitude turns over at finite rates instead.
 """
@@ -37,7 +38,7 @@ class Approach:
     speed: float = 2.0  # [m/s] bound of the speed across the path far away
     thrust_floor: float | None = None  # [N]; None is 5 % of the weight
     leave: float = 0.3  # focal margin below which the target waits ...
-    enter: float = 0.6  # ... until the margin is above this one
+    enter: float = 0.6  # ... until the margin, less what the motion across may still take, is above this one
 
     def __post_init__(self) -> None:
         number(self.speed, "approach speed [m/s]", above=0)

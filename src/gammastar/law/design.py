@@ -103,10 +103,15 @@ class Law:
         return self.vehicle.input_for(state, snap, self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope)
 
     @property
+    def lead(self) -> float:
+        """Return the time [s] in which a velocity across the path dies out: k_2 / k_1, the sum of the poles' time constants."""
+        return float(self.gains["transverse"][1] / self.gains["transverse"][0])
+
+    @property
     def longest_error(self) -> float:
         """Return the length [m] to which an approach cuts the transverse error: e_max = speed k_2 / k_1."""
         assert self.approach is not None
-        return float(self.approach.speed * self.gains["transverse"][1] / self.gains["transverse"][0])
+        return self.approach.speed * self.lead
 
     def _yaw_rate(self, yaw: Any, state: StateGraph, place: Any, parameter_rate: Any, value: Any) -> Any:
         """Graph: return the rate of beta(r) wanted, Eq. (26) with its sign corrected, for a constant reference or a heading."""

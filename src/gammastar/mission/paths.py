@@ -29,10 +29,12 @@ from gammastar.mission.values import (
 from gammastar.path import Path, catalogue
 from gammastar.path.formula import curve_from_formula, implicit_from_formula
 from gammastar.path.interpolation import SPACINGS
+from gammastar.path.metres import by_length
 from gammastar.path.placement import ORIGIN, Placement, placed
 from gammastar.path.table import read_points
 from gammastar.path.waypoints import WaypointPath, waypoints
 
+PROGRESS = ("parameter", "metres")
 IMPLICIT_KEYS = {"s1", "s2", "pi", "seed"}  # by which a formula is one of position, not of a parameter
 
 
@@ -42,6 +44,7 @@ class PathSection(Construction):
     position: Vector = ORIGIN  # (3,) [m] of the origin of the path's own axes
     rotation: Rotation = AnglesSection()  # the path's own axes to the mission's
     scale: Positive = 1.0  # metres in the world for one of the path's own
+    progress: Annotated[str, one_of(PROGRESS)] = "parameter"  # what counts along it: its own parameter, or metres
 
     def placement(self, frame: str) -> dict[str, Any]:
         """Return the arguments of `Placement`, in `ned`."""
@@ -49,6 +52,12 @@ class PathSection(Construction):
 
     def path(self, frame: str) -> Path:
         """Return the path, in `ned`."""
+        path: Any = self.placed(frame)
+        result: Path = by_length(path) if self.progress == "metres" else path
+        return result
+
+    def placed(self, frame: str) -> Path:
+        """Return the path with its own parameter, in `ned`."""
         path: Any = turn.path_in_ned(self.factory(), self.arguments(), frame)
         place = self.placement(frame)
         stays = not np.any(place["position"]) and np.array_equal(place["rotation"], np.eye(3)) and place["scale"] == 1
@@ -75,8 +84,8 @@ class SplineSection(PathSection):
         """Return the points (n, 3) [m] in the mission's axes, before they are placed."""
         raise AssertionError("each section of this kind has its own")
 
-    def path(self, frame: str) -> WaypointPath:
-        """Return the path, in `ned`."""
+    def placed(self, frame: str) -> WaypointPath:
+        """Return the path with its own parameter, in `ned`."""
         points = Placement(**self.placement(frame)).points(turn.points_in_ned(self.rows, frame))
         spacing: Any = self.spacing
         return waypoints(points, self.closed, spacing, before=self.before, after=self.after, blend=self.blend)

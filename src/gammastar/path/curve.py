@@ -47,7 +47,10 @@ class ParametricPath(Path):
         return outputs_from_jet(self.jet(place), position, ca.SX(place)[0])
 
     def track(self, position: Any, place: Any, steps: int = NEWTON_STEPS) -> Any:
-        """Graph: return the parameter of the nearest point by Newton steps on <chi - sigma, sigma'> = 0."""
+        """Graph: return the parameter of the nearest point by Newton steps on <chi - sigma, sigma'> = 0.
+
+        No step is longer than twice the distance to the path, since the nearest point is not farther from the one before.
+        """
         place = ca.SX(place)
         parameter, data = place[0], place[1:]
         for _ in range(steps):
@@ -55,14 +58,21 @@ class ParametricPath(Path):
             error = position - point
             speed_squared = ca.dot(tangent, tangent)
             slope = ca.fmax(speed_squared - ca.dot(error, second), SMALLEST_SLOPE * speed_squared)
-            parameter = parameter + ca.dot(error, tangent) / slope
+            longest = 2 * ca.norm_2(error) / ca.sqrt(speed_squared)
+            parameter = parameter + ca.fmin(ca.fmax(ca.dot(error, tangent) / slope, -longest), longest)
         return parameter
 
-    def nearness(self, position: Any, place: Any) -> tuple[Any, Any]:
-        """Graph: return the focal margin at a place, and the relative residual of the nearest-point equation."""
+    def nearness(self, position: Any, velocity: Any, place: Any) -> tuple[Any, Any, Any]:
+        """Graph: return the focal margin [1] at a place, and the rate [1/s] at which a velocity across the path may change it.
+
+        Both as if the place were the nearest point; the third is what is left of the nearest-point equation, relative.
+        """
         point, tangent, second = self.jet(place, 2)
         error, speed_squared = position - point, ca.dot(tangent, tangent)
-        return 1 - ca.dot(error, second) / speed_squared, ca.dot(error, tangent) / speed_squared
+        across = velocity - tangent * ca.dot(tangent, velocity) / speed_squared
+        bend = second - tangent * ca.dot(tangent, second) / speed_squared
+        rate = ca.norm_2(across) * ca.norm_2(bend) / speed_squared
+        return 1 - ca.dot(error, second) / speed_squared, rate, ca.dot(error, tangent) / speed_squared
 
     def foot(self, position: Any, place: Any) -> Any:
         """Graph: return the point of the path at a place; it is the nearest one where the parameter has been tracked."""

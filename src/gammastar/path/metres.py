@@ -1,0 +1,183 @@
+"""A path with its arc length as parameter: progress, speeds and places in metres.
+
+The parameter of the path below is a spline of the arc length, sigma(lambda(s)), so the curve itself is exact and only its pace is
+fitted: the parameter runs with one metre a metre to within a millionth.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gammastar.checks import instance
+from gammastar.errors import InputError, PathError
+from gammastar.path.base import JET_ORDER
+from gammastar.path.curve import ParametricPath
+from gammastar.path.jet import Jet
+from gammastar.taylor import Series
+
+POWERS = 8  # coefficients of a polynomial of degree seven
+NODES = (32, 64, 128, 256, 512, 1024, 2048)  # of the fit, tried in turn
+PACE = 1e-6  # by which the fitted pace may be off one metre a metre
+BEYOND = 0.25  # of its length by which an open path is fitted beyond its ends, where it goes on
+
+
+@dataclass(frozen=True, eq=False)
+class MetricPath(ParametricPath):
+    """A curve whose parameter counts the metres from the start of its domain; made by `by_length`."""
+
+    inner: ParametricPath
+    knots_m: np.ndarray  # (m + 1,) [m] where the polynomials of lambda(s) meet
+    coefficients: np.ndarray  # (m, 8) of the powers of s less the knot before
+
+    def __post_init__(self) -> None:
+        length, closed = self.inner.length(), self.inner.period is not None
+        for name, value in {
+            "name": self.inner.name,
+            "domain": (0.0, length),
+            "period": length if closed else None,
+            "ends": None if closed else (0.0, length),
+            "plane_normal": self.inner.plane_normal,
+            "data_size": 1 + POWERS + self.inner.data_size,
+        }.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def graph_key(self) -> Hashable:
+        """Return what names the path's graph: the one below, by its length."""
+        return MetricPath, self.inner.graph_key
+
+    @property
+    def knots(self) -> np.ndarray:
+        """Return the metres (k,) at which the pieces of the path below join."""
+        return self.inner.arc_length(self.inner.knots) if len(self.inner.knots) else np.empty(0)
+
+    def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
+        """Graph: return (sigma, ..., sigma^(order)) by arc length at a place: metres, polynomial of lambda(s), data below."""
+        step = Series((place[0] - place[1], ca.SX(1), *(ca.SX(0) for _ in range(order - 1))))
+        parameter = Series.constant(place[1 + POWERS], order)
+        for coefficient in reversed(ca.vertsplit(place[2 : 1 + POWERS])):
+            parameter = parameter * step + Series.constant(coefficient, order)
+        inner = self.inner.jet(ca.vertcat(parameter.coefficients[0], place[2 + POWERS :]), order)
+        change = Series((ca.SX(0), *parameter.coefficients[1:]))
+        result = Series.constant(inner[order] / math.factorial(order), order)
+        for k in reversed(range(order)):
+            result = result * change + Series.constant(inner[k] / math.factorial(k), order)
+        return tuple(result.derivatives())
+
+    def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
+        """Return (n, order + 1, 3): point and derivatives with respect to the arc length [m], at parameters (n,)."""
+        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
+        sampler = self._fast_sampler if order <= 2 else self._full_sampler
+        rows = sampler.map(len(wanted))(np.vstack([wanted, self.data(wanted)])).full()
+        return np.asarray(rows.reshape(3, len(wanted), -1).transpose(1, 2, 0)[:, : order + 1])
+
+    def data(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the data at parameters (n,): where the polynomial of lambda(s) begins, its coefficients, the data below."""
+        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
+        rounds = np.floor(wanted / self.period) if self.period else np.zeros(len(wanted))
+        begin, rows = self._table
+        segment = np.clip(
+            np.searchsorted(begin, wanted - rounds * (self.period or 0), side="right") - 1, 0, len(begin) - 1
+        )
+        begins, coefficients = begin[segment] + rounds * (self.period or 0), rows[segment].copy()
+        coefficients[:, 0] += rounds * (self.inner.period or 0)
+        below = np.sum(coefficients * (wanted - begins)[:, None] ** np.arange(POWERS), axis=1)
+        return np.vstack([begins, coefficients.T, self.inner.data(below)])
+
+    def lookup(self, parameter: Any) -> Any:
+        """Graph (MX): return the data at a parameter, from a table bound as a constant."""
+        rounds = ca.floor(parameter / self.period) if self.period else ca.MX(0)
+        begin, rows = self._table
+        local = parameter - rounds * (self.period or 0)
+        segment = ca.low(ca.DM(np.append(begin, np.inf)), local)
+        column = ca.MX(ca.DM(np.column_stack([begin, rows]).T))[:, segment]
+        step, below = local - column[0], rounds * (self.inner.period or 0)
+        for k in range(POWERS):
+            below = below + column[1 + k] * step**k
+        start, first = column[0] + rounds * (self.period or 0), column[1] + rounds * (self.inner.period or 0)
+        return ca.vertcat(start, first, column[2:], self.inner.lookup(below))
+
+    @functools.cached_property
+    def _table(self) -> tuple[np.ndarray, np.ndarray]:
+        """Begins (m,) and coefficients (m, 8) of lambda(s); an open path goes on at the pace it has at the ends of the fit."""
+        if self.period is not None:
+            return self.knots_m[:-1], self.coefficients
+        step = self.knots_m[-1] - self.knots_m[-2]
+        powers = np.arange(POWERS)
+        last, slope = (
+            self.coefficients[-1] @ step**powers,
+            self.coefficients[-1, 1:] @ (powers[1:] * step ** powers[:-1]),
+        )
+        before = np.zeros((2, POWERS))
+        before[0, :2] = self.coefficients[0, 0] - self.coefficients[0, 1], self.coefficients[0, 1]
+        before[1, :2] = last, slope
+        begins = np.concatenate([[self.knots_m[0] - 1], self.knots_m])
+        return begins, np.vstack([before[:1], self.coefficients, before[1:]])
+
+    @functools.cached_property
+    def _fast_sampler(self) -> Any:
+        return self._sampler(2)
+
+    @functools.cached_property
+    def _full_sampler(self) -> Any:
+        return self._sampler(JET_ORDER)
+
+    def _sampler(self, order: int) -> Any:
+        place = ca.SX.sym("place", 1 + self.data_size)
+        return ca.Function("jet", [place], [ca.cse(ca.densify(ca.horzcat(*self.jet(place, order))))])
+
+
+def by_length(path: ParametricPath) -> MetricPath:
+    """Return a curve with its arc length [m] from the start of its domain as parameter.
+
+    Raises:
+        InputError: The path is implicit, or goes on for good without `ends`: then no finite table holds its lengths.
+        PathError: Its pace cannot be fitted to a millionth.
+    """
+    instance(path, ParametricPath, "path by its length", "give a curve; an implicit path has pi as its coordinate")
+    if path.period is None and path.ends is None:
+        raise InputError(f"{path.name} must be closed or have ends to be measured (got neither); give it ends")
+    length = path.length()
+    margins = [0.0] if path.period is not None else [BEYOND * length, 0.0]
+    for margin in margins:
+        try:
+            for count in NODES:
+                fitted = _fitted(path, np.linspace(-margin, length + margin, count + 1))
+                if fitted is not None:
+                    return fitted
+        except PathError:
+            if margin == margins[-1]:
+                raise
+    raise PathError(
+        f"the pace of {path.name} must vary slowly enough to be fitted (got {NODES[-1]} pieces that do not); keep its parameter"
+    )
+
+
+def _fitted(path: ParametricPath, metres: np.ndarray) -> MetricPath | None:
+    """Return the path with lambda(s) interpolated at arc lengths (n,) [m], or None where its pace is off between them."""
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    parameters = path.at_length(metres)
+    steady = (parameters[-1] - parameters[0]) / (metres[-1] - metres[0])
+    rest = parameters - parameters[0] - steady * (metres - metres[0])
+    if path.period is not None:
+        rest[-1] = rest[0]
+    spline = make_interp_spline(metres, rest, k=POWERS - 1, bc_type="periodic" if path.period is not None else None)
+    pieces = PPoly.from_spline(spline)
+    kept = np.flatnonzero(np.diff(pieces.x) > 1e-9 * (metres[-1] - metres[0]))
+    inside = kept[(pieces.x[kept] >= metres[0] - 1e-12) & (pieces.x[kept] < metres[-1] - 1e-12)]
+    knots = np.append(pieces.x[inside], metres[-1])
+    coefficients = pieces.c[::-1, inside].T.copy()
+    coefficients[:, 0] += parameters[0] + steady * (knots[:-1] - metres[0])
+    coefficients[:, 1] += steady
+    fitted = MetricPath(path, knots, coefficients)
+    between = np.linspace(metres[0], metres[-1], 8 * len(metres))
+    pace = np.linalg.norm(fitted.jets(between, 2)[:, 1], axis=1)
+    return fitted if np.all(np.abs(pace - 1) <= PACE) else None
