@@ -122,3 +122,40 @@ def test_what_cannot_work_is_refused() -> None:
     for wrong in ({"speed": 0.0}, {"leave": 0.6, "enter": 0.3}, {"enter": 1.0}, {"thrust_floor": -1.0}):
         with pytest.raises(gs.errors.InputError):
             gs.Approach(**wrong)
+
+
+HARD = {  # starts that once went off or ended: path, position, velocity, rotation vector, body rates
+    "across the tip of an ellipse": (
+        gs.paths.ellipse((2.0, 0.7)),
+        [[1.6273, 0.0546, 0.0], [1.0653, -2.1628, 1.2526], [0.4816, 0.3362, 2.9548], [1.64, 2.9671, 1.6013]],
+    ),
+    "where the nearest point changes sides while the target waits": (
+        gs.paths.nonplanar_circle(),
+        [[1.8305, -2.8416, -1.7003], [-2.1489, -0.3628, -0.4644], [-2.1039, 0.428, -1.7222], [2.1409, 2.4303, 3.1312]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_a_hard_start_settles_and_its_thrust_stays_in_bounds(name: str) -> None:
+    path, (position, velocity, turn, rates) = HARD[name]
+    start = gs.State(position, velocity, gs.so3.exp(turn), rates)
+    flight = gs.fly(law(path), start, speed=0.5, duration=14, step=2e-3)
+    assert flight.completed
+    assert flight.waiting[0]
+    assert np.abs(np.diff(flight.waiting.astype(int))).sum() == 1  # one hand-over
+    assert flight.distance[-1] < 1e-3
+    assert flight.thrust.max() < 10 * HUMMINGBIRD.weight
+    sample = path.points(np.linspace(*path.domain, 20_001))
+    rows = slice(0, None, 200)
+    nearest = np.linalg.norm(flight.position[rows, None] - sample, axis=2).min(axis=1)
+    np.testing.assert_allclose(flight.distance[rows], nearest, atol=5e-4)  # the samples are 0.6 mm apart
+
+
+def test_a_vehicle_that_crosses_the_tube_fast_is_not_inside_it() -> None:
+    """At rest the same place is entered at once; across the path at 3 m/s the target waits, along it it does not."""
+    tuned, place = law(gs.paths.circle(1.0)), (1.1, 0.0, 0.0)
+    for velocity, waits in (((0, 0, 0), False), ((0, 0.8, 0), False), ((3.0, 0, 0), True), ((0, 0, 3.0), True)):
+        flight = gs.fly(tuned, gs.State(place, velocity), speed=0.8, duration=8)
+        assert bool(flight.waiting[0]) is waits
+        assert flight.distance[-1] < 1e-3

@@ -19,6 +19,7 @@ from gammastar.flight.sensors import SensorNoise
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
 from gammastar.law.design import Yaw
+from gammastar.path import ParametricPath
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -225,15 +226,20 @@ def _rows(loop: ClosedLoop, states: np.ndarray, observations: np.ndarray) -> dic
     states, observations = states[:, :rows].T, observations.T
     state, parameters, width = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER], 4 * path.components
     transverse = observations[:, 4 : 4 + width].reshape(rows, 4, path.components).swapaxes(1, 2)
+    waiting = observations[:, 9 + width] > 0
+    distance = path.distances(state[:, :3], parameters) if rows else np.empty(0)
+    if waiting.any():  # no foot is followed then
+        assert isinstance(path, ParametricPath)
+        distance[waiting] = np.minimum(distance[waiting], path.global_distances(state[waiting, :3]))
     return {
         "state": state,
         "input": observations[:, :4],
         "transverse_state": path.normal_components(parameters, transverse) if rows else np.empty((0, 2, 4)),
         "tangential_state": observations[:, 4 + width : 8 + width],
         "yaw_output": observations[:, 8 + width],
-        "waiting": observations[:, 9 + width] > 0,
+        "waiting": waiting,
         "constrained": observations[:, 10 + width] > 0,
-        "distance": path.distances(state[:, :3], parameters) if rows else np.empty(0),
+        "distance": distance,
         "free_fall_margin": state[:, 18] / loop.truth.mass,
         "focal_margin": observations[:, -1],
     }

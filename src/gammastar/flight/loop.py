@@ -116,12 +116,12 @@ class ClosedLoop:
         )
         time, state, around = inputs[0], split(loop_state[:STATE_SIZE]), Surroundings(data, wanted)
         if self.feedback == "continuous":
-            after, decision, waiting = self._continuous(loop_state, state, time, around)
+            after, decision, parameter, waiting = self._continuous(loop_state, state, time, around)
         else:
-            after, decision, waiting = self._sampled(loop_state, state, time, noise, around)
-        observation = self._observation(
-            state, loop_state[TRUE_PARAMETER], loop_state[PARAMETER], waiting, decision, data
-        )
+            after, decision, parameter, waiting = self._sampled(loop_state, state, time, noise, around)
+        taken = ca.logic_and(loop_state[WAITING], ca.logic_not(waiting))  # the foot that the law has just taken to
+        foot = ca.if_else(taken, parameter, loop_state[TRUE_PARAMETER])
+        observation = self._observation(state, foot, loop_state[PARAMETER], waiting, decision, data)
         results = ca.cse([ca.densify(after), ca.densify(observation)])
         return ca.Function("core", [loop_state, inputs], results)
 
@@ -192,7 +192,7 @@ class ClosedLoop:
 
     def _continuous(
         self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings
-    ) -> tuple[Any, Decision, Any]:
+    ) -> tuple[Any, Decision, Any, Any]:
         """Graph: feedback in every stage; the path parameter is integrated too and corrected at the end."""
         path, data, decisions = self.law.path, around.path, list[Decision]()
         parameter, waiting = self._mode(state, loop_state[PARAMETER], loop_state[WAITING], data)
@@ -215,11 +215,11 @@ class ClosedLoop:
             true_parameter = ca.if_else(waiting, sought, tracked)
             tracked = ca.if_else(waiting, parameter, tracked)
         loop_after = ca.vertcat(join(after), tracked, true_parameter, decisions[0].input, waiting)
-        return loop_after, decisions[0], waiting
+        return loop_after, decisions[0], parameter, waiting
 
     def _sampled(
         self, loop_state: Any, state: StateGraph, time: Any, noise: Any, around: Surroundings
-    ) -> tuple[Any, Decision, Any]:
+    ) -> tuple[Any, Decision, Any, Any]:
         """Graph: the input is computed once from what is measured and held while the true vehicle moves."""
         path, data, held = self.law.path, around.path, loop_state[PARAMETER]
         seen = measured(state, noise) if self.noisy else state
@@ -238,8 +238,11 @@ class ClosedLoop:
         vector = join(state)
         for k in range(self.substeps):
             vector = substep(vector, decision.input, time + k * self.interval / self.substeps)
-        true_parameter = path.track(vector[:3], ca.vertcat(loop_state[TRUE_PARAMETER], data))
-        return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, waiting
+        foot = ca.if_else(
+            ca.logic_and(loop_state[WAITING], ca.logic_not(waiting)), parameter, loop_state[TRUE_PARAMETER]
+        )
+        true_parameter = path.track(vector[:3], ca.vertcat(foot, data))
+        return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, parameter, waiting
 
     def _moved(self, vehicle: Vehicle, state: StateGraph, control: Any, time: Any, step: float) -> StateGraph:
         """Graph: return the state after one integration step with the input held."""

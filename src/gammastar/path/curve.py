@@ -17,6 +17,7 @@ from gammastar.errors import PathError
 from gammastar.path import bishop
 from gammastar.path.base import JET_ORDER, Path, PathOutputs, interval
 from gammastar.path.jet import Jet, outputs_from_jet, position_from_outputs
+from gammastar.path.nearest import nearest
 from gammastar.path.regularity import check_regular, check_smooth
 from gammastar.path.search import nearest_of_all
 from gammastar.path.smoothness import may_bend
@@ -24,6 +25,7 @@ from gammastar.path.symbols import called, scalars
 from gammastar.taylor import Series
 
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
+GLOBAL_POINTS = 4096  # samples of the domain among which a nearest point is sought first
 SMALLEST_SLOPE = 1e-3  # of the tracking equation, relative: inside the focal set Newton would run to the farthest point
 
 
@@ -124,6 +126,11 @@ class ParametricPath(Path):
         """Return the distances (n,) [m] to the nearest points, polished from parameters (n,)."""
         nearest = self._polished(positions, np.asarray(parameters, dtype=float), NEWTON_STEPS)
         return np.asarray(np.linalg.norm(positions - self.points(nearest), axis=1))
+
+    def global_distances(self, positions: np.ndarray) -> np.ndarray:
+        """Return the distances (n,) [m] to the nearest points of the whole domain, wherever they are."""
+        grid = np.linspace(*self.domain, GLOBAL_POINTS)
+        return nearest(positions, grid, self.points(grid), lambda parameters: self.jets(parameters, 2))[1]
 
     def _polished(self, positions: np.ndarray, parameters: np.ndarray, steps: int) -> np.ndarray:
         """Return parameters (n,) after Newton steps towards the nearest points of positions (n, 3): `track` on numbers."""
