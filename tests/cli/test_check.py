@@ -125,6 +125,23 @@ def test_fly_refuses_what_its_certificate_refuses(
     assert "--force" in sentence
 
 
+def test_the_paths_of_replacements_count(capsys: pytest.CaptureFixture[str]) -> None:
+    """The second path alone is too fast: both tables are there, and the sentence names its section."""
+    falling = ["replanned", "--set", "replacements.0.path={name = 'loop', radius = 2}"]
+    falling += ["--set", "replacements.0.reference.speed=2.2143"]
+    code, out, _ = answered(capsys, "check", *falling)
+    assert code == 1
+    assert "\n\n[replacements.0.path] loop, 12.57 m" in out
+    code, data = answered_json(capsys, "check", *falling)
+    assert code == 1
+    assert (data["flyable"], [each["flyable"] for each in data["replacements"]]) == (False, [False])
+    assert data["reasons"][0].startswith("[replacements.0.path] specific thrust must stay above")
+    code, _, err = answered(capsys, "fly", *falling)
+    assert code == 2
+    assert err.startswith("error: [replacements.0.path] specific thrust")
+    assert answered_json(capsys, "check", "replanned")[1]["replacements"][0]["path"] == "waypoints"
+
+
 def test_fly_flies_anything_by_force_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = answered(capsys, "fly", *FALLING, "--force", "--set", "flight.duration=0.1", "--json")
     assert code == 0

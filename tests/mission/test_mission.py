@@ -17,7 +17,8 @@ from gammastar.flight.sensors import CHANNELS
 from gammastar.law.design import CHAINS, DEFAULT_POLES
 from gammastar.mission import Mission, load, names, parse, value
 from gammastar.mission.paths import CATALOGUE
-from gammastar.mission.sections import REFERENCES, YAW_OUTPUTS
+from gammastar.mission.references import REFERENCES
+from gammastar.mission.sections import YAW_OUTPUTS
 from gammastar.mission.truth import NoiseSection
 from gammastar.path import Path as AnyPath
 from gammastar.path import catalogue

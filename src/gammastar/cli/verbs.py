@@ -63,7 +63,7 @@ def fly(
     figures: Annotated[bool, typer.Option(help="Whether --out draws figures.")] = True,
     force: Annotated[bool, typer.Option("--force", help="Fly also what its certificate calls not flyable.")] = False,
 ) -> int:
-    """Certify the path of a mission, fly it and print its numbers."""
+    """Certify the paths of a mission, fly it and print its numbers."""
     from gammastar.report.certificate import brief
     from gammastar.report.folder import file_names, flight_summary, require_libraries, write_folder
     from gammastar.report.place import chosen_folder
@@ -73,15 +73,16 @@ def fly(
     if out is not None:
         folder = chosen_folder(out, file_names(figures), None if name in mission.names() else Path(name))
         require_libraries(figures)
-    certificate = chosen.certify()
-    if not certificate.flyable:
-        reason = certificate.reasons[0]
+    certificate = brief(chosen.certificates())
+    if not certificate["flyable"]:
+        reason = certificate["reasons"][0]
         if not force:
-            raise MissionError(f"[path] {reason}; or fly it all the same with --force")
+            section = "" if reason.startswith("[") else "[path] "
+            raise MissionError(f"{section}{reason}; or fly it all the same with --force")
         note(f"flown all the same: {reason}")
     with output.progress("flying") as progress:
         record = chosen.fly(progress)
-    summary = flight_summary(chosen, record, __version__, brief(certificate))
+    summary = flight_summary(chosen, record, __version__, certificate)
     files = write_folder(folder, chosen, record, summary, figures) if folder is not None else []
     output.flight(summary, files, as_json)
     return 0 if record.completed else 1
@@ -99,20 +100,20 @@ def check(
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> int:
-    """Certify that a mission's path can be followed, how fast, and what that demands; nothing is flown."""
+    """Certify that a mission's paths can be followed, how fast, and what that demands; nothing is flown."""
     from gammastar.report import certificate as report
 
     target = None if out is None else report.chosen_target(out)
     try:
         chosen = _mission(name, changes)
-        certificate = chosen.certify()
+        certificates = chosen.certificates()
     except PathError as error:
         output.no_certificate(str(error), as_json)
         return 1
-    data = {"mission": chosen.title, "frame": "ned", **certificate.as_dict()}
-    files = report.write(target, certificate, chosen.title, data) if target is not None else []
-    output.certificate(data, report.table(certificate), files, as_json)
-    return 0 if certificate.flyable else 1
+    data = {"mission": chosen.title, "frame": "ned", **report.whole(certificates)}
+    files = [] if target is None else report.write(target, report.decisive(certificates), chosen.title, data)
+    output.certificate(data, report.tables(certificates), files, as_json)
+    return 0 if data["flyable"] else 1
 
 
 @app.command()

@@ -69,9 +69,12 @@ def _tables(text: str) -> dict[str, Any]:
 
 def _anchored(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return the tables of a file with the files that they name found beside it."""
-    path = tables.get("path")
-    if isinstance(path, dict) and isinstance(path.get("file"), str):
-        path["file"] = str(folder / path["file"])
+    replacements = tables.get("replacements")
+    others = replacements if isinstance(replacements, list) else []
+    for table in [tables, *(each for each in others if isinstance(each, dict))]:
+        path = table.get("path")
+        if isinstance(path, dict) and isinstance(path.get("file"), str):
+            path["file"] = str(folder / path["file"])
     return tables
 
 

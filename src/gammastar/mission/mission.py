@@ -11,15 +11,17 @@ from pydantic import ValidationError
 
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
-from gammastar.flight import FlightRecord, SensorNoise, fly
+from gammastar.flight import FlightRecord, Replacement, SensorNoise, fly
 from gammastar.flight.fly import prepared
 from gammastar.flight.loop import interval_of, timing
+from gammastar.flight.phases import phases_of
 from gammastar.law import AnyReference, Approach, Heading, Law, design
-from gammastar.law.design import CHAINS
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
-from gammastar.mission.sections import YAW_OUTPUTS, MissionFile, StartSection
+from gammastar.mission.resolved import resolved, with_paths_written
+from gammastar.mission.sections import YAW_OUTPUTS, MissionFile
 from gammastar.mission.tables import plain, put, written
+from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
 
 
@@ -48,7 +50,9 @@ class Mission:
             timing(controller.feedback, flight.step, controller.rate, flight.duration)
         noisy, yaw = self._noise is not None, self._yaw if self._heading is None else self._heading
         assert self._limits  # refuses bad limits now, not when the mission is certified
-        prepared(law, start, self._reference, yaw, noisy=noisy, **self._conditions)
+        loop, _, steps = prepared(law, start, self._reference, yaw, noisy=noisy, **self._conditions)
+        with within("[[replacements]]"):
+            phases_of(law, self._reference, self._replacements, loop.interval, steps)
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Mission:
@@ -99,7 +103,15 @@ class Mission:
 
     def certify(self) -> Certificate:
         """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for."""
-        return certify(self._law.vehicle, self._law.path, self._reference.fastest, limits=self._limits)
+        return self._certificate(self._law.path, self._reference)
+
+    def certificates(self) -> dict[str, Certificate]:
+        """Return the certificates of all paths, those of replacements too, by their sections: 'path', 'replacements.0.path' ..."""
+        others = {
+            f"replacements.{k}.path": self._certificate(each.path, each.reference or self._reference)
+            for k, each in enumerate(self._replacements)
+        }
+        return {"path": self.certify()} | others
 
     def fly(self, progress: Callable[[int, int], None] | None = None) -> FlightRecord:
         """Fly the mission and return its record, in `ned`; progress is called with (steps done, steps in all)."""
@@ -112,28 +124,14 @@ class Mission:
             yaw_reference=self._yaw,
             heading=self._heading,
             settled_within=self.file.flight.settled_within,
+            replacements=self._replacements,
             progress=progress,
             **self._conditions,
         )
 
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""
-        values: dict[str, Any] = plain(self.file.model_dump(exclude_none=True) | {"path": self.file.path.written()})
-        if not values["limits"]:
-            del values["limits"]
-        approach = self._law.approach
-        if approach is not None:
-            values["approach"] = vars(approach) | {"thrust_floor": approach.floor(self._law.vehicle)}
-        chains = [chain for chain in CHAINS if chain != "transverse_2" or self._law.path.components == 2]
-        values["controller"]["poles"] = {
-            chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in self._law.poles[chain]]
-            for chain in chains
-        }
-        start = {"thrust": self._law.vehicle.weight} | values["start"]
-        if not {"attitude", "quaternion"} & set(start):
-            start = {"roll": 0.0, "pitch": 0.0, "yaw": 0.0} | start
-        values["start"] = {key: start[key] for key in StartSection.model_fields if key in start}
-        return values
+        return resolved(self.file, self._law)
 
     def toml(self) -> str:
         """Return the mission as TOML with every default written out; loading it gives an equal mission and the same flight."""
@@ -146,7 +144,10 @@ class Mission:
         return hash(self.toml())
 
     def __reduce__(self) -> Any:
-        return Mission.from_values, (self.file.model_dump(exclude_unset=True) | {"path": self.file.path.written()},)
+        return Mission.from_values, (with_paths_written(self.file, self.file.model_dump(exclude_unset=True)),)
+
+    def _certificate(self, path: Path, reference: AnyReference) -> Certificate:
+        return certify(self._law.vehicle, path, reference.fastest, limits=self._limits)
 
     @property
     def _conditions(self) -> dict[str, Any]:
@@ -200,6 +201,11 @@ class Mission:
         with within("[reference]"):
             reference: AnyReference = self.file.reference.factory()(**self.file.reference.arguments())
             return reference
+
+    @functools.cached_property
+    def _replacements(self) -> tuple[Replacement, ...]:
+        sections = enumerate(self.file.replacements)
+        return tuple(each.replacement(self.frame, f"replacements.{k}") for k, each in sections)
 
     @functools.cached_property
     def _heading(self) -> Heading | None:

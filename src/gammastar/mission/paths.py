@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 import numpy as np
+from pydantic import PlainValidator, SerializeAsAny
 
 from gammastar.mission import turn
 from gammastar.mission.orientation import AnglesSection, Rotation, matrix_of
@@ -136,3 +137,6 @@ def path_section(values: Any) -> PathSection:
     """Return the section that a [path] table asks for."""
     is_implicit = isinstance(values, Mapping) and bool(IMPLICIT_KEYS & set(values))
     return choose(values, "name", PATHS | {"formula": IMPLICIT_FORMULA} if is_implicit else PATHS)
+
+
+AnyPath = Annotated[SerializeAsAny[PathSection], PlainValidator(path_section)]

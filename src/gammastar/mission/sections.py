@@ -1,7 +1,7 @@
 """The sections of a mission file, and what each of them builds; numbers are in the mission's frame, `turn` takes them to `ned`.
 
-[vehicle] takes the arguments of `Vehicle`, [reference], [heading], [approach] and [limits] those of their classes: their signatures are
-the format, and nothing is listed twice.  For [path] see `paths`.
+[vehicle] takes the arguments of `Vehicle`, [heading], [approach] and [limits] those of their classes: their signatures are the format,
+and nothing is listed twice.  For [path], [reference] and [[replacements]] see `paths`, `references` and `replacements`.
 """
 
 from __future__ import annotations
@@ -27,11 +27,13 @@ from gammastar.errors import InputError
 from gammastar.flight import INTEGRATORS, fly
 from gammastar.flight.loop import FEEDBACKS
 from gammastar.frames import FRAMES
-from gammastar.law import Along, Approach, Azimuth, Leg, Legs, Point, Profile, Ramp, Speed, Stop, Towards, design
+from gammastar.law import Along, Approach, Azimuth, Towards, design
 from gammastar.law.design import CHAINS
 from gammastar.mission import orientation
 from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
-from gammastar.mission.paths import PathSection, path_section
+from gammastar.mission.paths import AnyPath
+from gammastar.mission.references import AnyReference
+from gammastar.mission.replacements import ReplacementSection
 from gammastar.mission.truth import NoiseSection, TruthSection
 from gammastar.mission.values import (
     Array,
@@ -40,6 +42,7 @@ from gammastar.mission.values import (
     Number,
     Positive,
     Section,
+    Tables,
     Text,
     Vector,
     choose,
@@ -50,29 +53,6 @@ from gammastar.mission.values import (
 )
 from gammastar.vehicle import Vehicle
 
-LegSection = section_of(Leg, Construction)
-
-
-class LegsSection(Construction):
-    """A schedule: a list of tables, each with the arguments of `Leg`."""
-
-    kind: Annotated[str, one_of(("legs",))] = "legs"
-    legs: list[LegSection]  # type: ignore[valid-type]
-    change_time: Positive = default_of(Legs, "change_time")
-
-    @classmethod
-    def factory(cls) -> Callable[..., Legs]:
-        """Return what makes the schedule of its legs."""
-        return lambda legs, change_time: Legs(tuple(Leg(**leg.arguments()) for leg in legs), change_time)
-
-
-REFERENCES: dict[str, type[Construction]] = {
-    **{
-        kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
-        for kind in (Speed, Ramp, Point, Stop, Profile)
-    },
-    "legs": LegsSection,
-}
 HEADINGS: dict[str, type[Construction]] = {
     kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
     for kind in (Along, Azimuth, Towards)
@@ -177,10 +157,11 @@ class MissionFile(Section):
     title: Annotated[Text, AfterValidator(_title)] = ""
     frame: Annotated[str, one_of(FRAMES)] = "ned"
     vehicle: SerializeAsAny[Construction]
-    path: SerializeAsAny[PathSection]
+    path: AnyPath
     controller: ControllerSection = Field(default_factory=ControllerSection)
     approach: SerializeAsAny[Construction] | None = None
-    reference: SerializeAsAny[Construction]
+    reference: AnyReference
+    replacements: Annotated[list[ReplacementSection], Tables] = Field(default_factory=list)
     heading: SerializeAsAny[Construction] | None = None
     start: StartSection
     truth: TruthSection = Field(default_factory=TruthSection)
@@ -192,11 +173,6 @@ class MissionFile(Section):
     @classmethod
     def _vehicle(cls, value: Any, handler: Any) -> Construction:
         return VehicleSection.model_validate(value)
-
-    @field_validator("path", mode="wrap")
-    @classmethod
-    def _path(cls, value: Any, handler: Any) -> PathSection:
-        return path_section(value)
 
     @field_validator("approach", mode="wrap")
     @classmethod
@@ -212,11 +188,6 @@ class MissionFile(Section):
     @classmethod
     def _limits(cls, value: Any, handler: Any) -> Construction:
         return LimitsSection.model_validate(value)
-
-    @field_validator("reference", mode="wrap")
-    @classmethod
-    def _reference(cls, value: Any, handler: Any) -> Construction:
-        return choose(value, "kind", REFERENCES)
 
 
 def _as_complex(poles: Any) -> Any:

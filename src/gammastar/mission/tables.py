@@ -21,12 +21,15 @@ def written(values: Mapping[str, Any]) -> str:
 
 
 def put(values: dict[str, Any], key: str, value: Any) -> None:
-    """Set one value of nested dictionaries by its dotted key; sections that are not there yet are made."""
+    """Set one value of nested dictionaries by its dotted key, numbers from 0 in lists of tables; missing sections are made."""
     *sections, name = key.split(".")
-    table = values
+    table: Any = values
     for depth, section in enumerate(sections):
-        table = table.setdefault(section, {})
-        if not isinstance(table, dict):
+        in_list = isinstance(table, list)
+        table = table[int(section)] if in_list else table.setdefault(section, {})
+        below = sections[depth + 1] if depth + 1 < len(sections) else None
+        is_list_of_tables = isinstance(table, list) and below in {str(k) for k in range(len(table))}
+        if not isinstance(table, dict) and not is_list_of_tables:
             whole = ".".join(sections[: depth + 1])
             raise MissionError(f"{key} must lie in a table (got {whole} = {shown(table)}); set {whole} as a whole", key)
     table[name] = value

@@ -8,7 +8,16 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Annotated, Any, Literal, TypeVar
 
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo, create_model, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
 
 from gammastar import checks
 from gammastar.errors import InputError, UnknownNameError
@@ -151,6 +160,12 @@ def _formula_table(value: Any, info: ValidationInfo) -> Any:
     return {name: _formula(item, info) for name, item in value.items()}
 
 
+def _tables(value: Any, info: ValidationInfo) -> Any:
+    if not isinstance(value, (list, tuple)):
+        raise InputError(f"{info.field_name} must be a list of tables (got {shown(value)}); put it in brackets")
+    return list(value)
+
+
 def _rows(value: Any, info: ValidationInfo) -> Any:
     """Return points as tuples; where one is no point the message says which."""
     if not isinstance(value, (list, tuple)):
@@ -213,6 +228,7 @@ Flag = Annotated[bool, PlainValidator(_flag)]
 Formula = Annotated[Any, PlainValidator(_formula)]  # text, or a number
 Formulas = Annotated[Any, PlainValidator(_formulas)]  # a list of them
 FormulaTable = Annotated[Any, PlainValidator(_formula_table)]  # names with them
+Tables = BeforeValidator(_tables)  # of a list of sections
 Rows = Annotated[Any, PlainValidator(_rows)]  # (n, 3)
 Array = Annotated[Any, PlainValidator(_array)]  # a number, a list of numbers, or a list of rows
 Vector = Annotated[Any, PlainValidator(_vector)]  # (3,)

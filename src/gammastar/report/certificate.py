@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,33 @@ COMPARED = {"regular": ">=", "self-distance": ">", "specific thrust": ">="}  # w
 SHOWN = {Verdict.OK: "ok", Verdict.FAILS: "FAILS", Verdict.STATED: "", Verdict.SKIPPED: "not examined"}
 
 
-def brief(certificate: Certificate) -> dict[str, Any]:
-    """Return what a flight says of its certificate."""
-    whole = certificate.as_dict()
-    return {key: whole[key] for key in ("flyable", "reasons", "speed_per_s", "largest_speed_per_s")}
+def whole(certificates: Mapping[str, Certificate]) -> dict[str, Any]:
+    """Return a mission's certificates, by section, as plain data: that of [path], and whether and why not they are all flyable."""
+    first, *others = certificates.values()
+    data = first.as_dict() | {"flyable": first.flyable and all(each.flyable for each in others)}
+    data["reasons"] = [_sentence(section, reason) for section, each in certificates.items() for reason in each.reasons]
+    return data | {"replacements": [each.as_dict() for each in others]} if others else data
+
+
+def brief(certificates: Mapping[str, Certificate]) -> dict[str, Any]:
+    """Return what a flight says of its certificates."""
+    data = whole(certificates)
+    return {key: data[key] for key in ("flyable", "reasons", "speed_per_s", "largest_speed_per_s")}
+
+
+def tables(certificates: Mapping[str, Certificate]) -> str:
+    """Return the tables of a mission's certificates under each other, those of replacements under their sections."""
+    return "\n\n".join(_sentence(section, table(each)) for section, each in certificates.items())
+
+
+def decisive(certificates: Mapping[str, Certificate]) -> Certificate:
+    """Return the first certificate that is not flyable, or else that of [path]."""
+    first, *_ = certificates.values()
+    return next((each for each in certificates.values() if not each.flyable), first)
+
+
+def _sentence(section: str, words: str) -> str:
+    return words if section == "path" else f"[{section}] {words}"
 
 
 def table(certificate: Certificate) -> str:

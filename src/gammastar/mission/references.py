@@ -1,0 +1,43 @@
+"""The [reference] section: every reference along a path, by the arguments of its class."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import PlainValidator, SerializeAsAny
+
+from gammastar.law import Leg, Legs, Point, Profile, Ramp, Speed, Stop
+from gammastar.mission.values import Construction, Positive, Tables, choose, default_of, one_of, section_of
+
+LegSection = section_of(Leg, Construction)
+
+
+class LegsSection(Construction):
+    """A schedule: a list of tables, each with the arguments of `Leg`."""
+
+    kind: Annotated[str, one_of(("legs",))] = "legs"
+    legs: Annotated[list[LegSection], Tables]  # type: ignore[valid-type]
+    change_time: Positive = default_of(Legs, "change_time")
+
+    @classmethod
+    def factory(cls) -> Callable[..., Legs]:
+        """Return what makes the schedule of its legs."""
+        return lambda legs, change_time: Legs(tuple(Leg(**leg.arguments()) for leg in legs), change_time)
+
+
+REFERENCES: dict[str, type[Construction]] = {
+    **{
+        kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
+        for kind in (Speed, Ramp, Point, Stop, Profile)
+    },
+    "legs": LegsSection,
+}
+
+
+def reference_section(values: Any) -> Construction:
+    """Return the section that a [reference] table asks for."""
+    return choose(values, "kind", REFERENCES)
+
+
+AnyReference = Annotated[SerializeAsAny[Construction], PlainValidator(reference_section)]
