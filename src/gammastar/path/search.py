@@ -86,8 +86,7 @@ def _searched(
     low, high, _, _ = cells[np.argsort(cells[:, 2], kind="stable")[:CANDIDATES]].T
     if not low.size:
         return best
-    places = polished(np.tile(position, (len(low), 1)), (low + high) / 2, low, high, jets)
-    distances = np.linalg.norm(jets(places)[:, 0] - position, axis=1)
+    places, distances = polished(np.tile(position, (len(low), 1)), (low + high) / 2, low, high, jets)
     distances = np.where(np.isnan(distances), np.inf, distances)
     first = int(np.argmin(distances))
     return (float(places[first]), float(distances[first])) if distances[first] < best[1] else best
