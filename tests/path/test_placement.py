@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import gammastar as gs
 from gammastar import so3
 from gammastar.errors import InputError, RotationError, ShapeError
 from gammastar.path import Curve, ImplicitPath
@@ -189,3 +190,20 @@ def test_a_placement_does_not_change() -> None:
         place.scale = 2.0
     with pytest.raises(ValueError, match="read-only"):
         place.rotation[0, 0] = 2.0
+
+
+@pytest.mark.parametrize("name", ["closed", "open", "by length"])
+def test_splines_and_paths_by_their_length_are_placed_too(name: str) -> None:
+    """Every point moves as a point does; metres stay metres."""
+    gates = np.array([(0, 0, -1), (4, 1, -2), (6, 5, -1.5), (2, 7, -1)], dtype=float)
+    path = gs.waypoints(gates, closed=name != "open")
+    if name == "by length":
+        path = gs.by_length(path)
+    place = Placement((1, -2, -3), gs.so3.roll(40) @ gs.so3.yaw(25), 1.5)
+    moved = placed(path, place.position, place.rotation, place.scale)
+    shares = np.linspace(0, 1, 50)
+    scale = place.scale if name == "by length" else 1.0
+    parameters = path.domain[0] + shares * (path.domain[1] - path.domain[0])
+    np.testing.assert_allclose(moved.points(scale * parameters), place.points(path.points(parameters)), atol=1e-5)
+    assert moved.length() == pytest.approx(1.5 * path.length(), rel=1e-9)
+    assert (moved.period is None) is (path.period is None)

@@ -111,34 +111,7 @@ def fly(
     watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18])
     if turns_too_far(first[15:18], watch.step):
         watch.status = Status.UNRESOLVED
-    parts, last = list[dict[str, np.ndarray]](), first
-    for phase, end in zip(phases, [*(later.row for later in phases[1:]), steps + 1], strict=True):
-        if phase.row > 0:
-            loop, first = _continued(loop, last, phase, times[phase.row])
-
-        def outside(a: int, b: int, loop: ClosedLoop = loop, row: int = phase.row) -> np.ndarray:
-            return loop.outside(times[row + a : row + b], samples[:, row + a : row + b])
-
-        def told(done: int, row: int = phase.row) -> None:
-            if progress is not None:
-                progress(min(row + done, steps), steps)
-
-        states, observations = engine.scan(
-            loop.step(),
-            first,
-            outside,
-            end - phase.row if watch.status is Status.COMPLETED else 0,
-            stop=watch,
-            progress=told,
-            chunk=max(1, engine.CHUNK // loop.substeps),
-        )
-        if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
-            observations = loop.step()(first, outside(0, 1))[1].full()
-            _require_finite(observations)
-        parts.append(_rows(loop, states, observations))
-        if watch.status is not Status.COMPLETED:
-            break
-        last = states[:, -1]
+    parts = _flown(loop, first, phases, times, samples, watch, progress)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     status, count = watch.status, len(rows["state"])
     if status in (Status.NOT_FINITE, Status.UNRESOLVED):
@@ -171,6 +144,47 @@ def fly(
             record,
         )
     return record
+
+
+def _flown(
+    loop: ClosedLoop,
+    first: np.ndarray,
+    phases: Sequence[Phase],
+    times: np.ndarray,
+    samples: np.ndarray,
+    watch: Watch,
+    progress: Callable[[int, int], None] | None,
+) -> list[dict[str, np.ndarray]]:
+    """Return the rows of every phase that is reached; the last one has the row at the end, for whose sake one more step is taken."""
+    parts, last, steps = list[dict[str, np.ndarray]](), first, len(times) - 1
+    for phase, end in zip(phases, [*(later.row for later in phases[1:]), len(times)], strict=True):
+        if phase.row > 0:
+            loop, first = _continued(loop, last, phase, times[phase.row])
+
+        def outside(a: int, b: int, loop: ClosedLoop = loop, row: int = phase.row) -> np.ndarray:
+            return loop.outside(times[row + a : row + b], samples[:, row + a : row + b])
+
+        def told(done: int, row: int = phase.row) -> None:
+            if progress is not None:
+                progress(min(row + done, steps), steps)
+
+        states, observations = engine.scan(
+            loop.step(),
+            first,
+            outside,
+            end - phase.row if watch.status is Status.COMPLETED else 0,
+            stop=watch,
+            progress=told,
+            chunk=max(1, engine.CHUNK // loop.substeps),
+        )
+        if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
+            observations = loop.step()(first, outside(0, 1))[1].full()
+            _require_finite(observations)
+        parts.append(_rows(loop, states, observations))
+        if watch.status is not Status.COMPLETED:
+            break
+        last = states[:, -1]
+    return parts
 
 
 def prepared(

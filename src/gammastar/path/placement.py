@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike
 from gammastar import so3
 from gammastar.checks import array, direction, number
 from gammastar.errors import InputError, RotationError, ShapeError
+from gammastar.path.base import Path
 from gammastar.path.curve import Curve
 from gammastar.path.implicit import ImplicitPath
+from gammastar.path.metres import MetricPath, by_length
+from gammastar.path.waypoints import WaypointPath
 
-Placeable = TypeVar("Placeable", Curve, ImplicitPath)
+Placeable = TypeVar("Placeable", bound=Path)
 
 ORIGIN = (0.0, 0.0, 0.0)
 UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -87,14 +90,14 @@ def placed(
     """Return a path turned, then scaled, then moved: position + scale R sigma, with its parameter, period and domain kept.
 
     A curve keeps its parameter, so an angle stays an angle, and a parameter that was a length in metres counts metres
-    of the path before it was scaled.
+    of the path before it was scaled; only a path by its length counts its new metres.
 
     An implicit path becomes scale s1(x), scale s2(x) and pi(x) at x = R^T (chi - position) / scale.  The factor keeps
     the gradients of s1 and s2 on the path as long as they were: a distance stays a distance in metres, and gains keep
     their meaning.  pi is not multiplied, so that an angle stays an angle and keeps its period.
 
     Args:
-        path: A curve or an implicit path.
+        path: Of any kind of this package.
         position: (3,) [m], world.
         rotation: (3, 3), the path's own axes to world, applied first; printed to a few digits, the nearest one is taken.
         scale: Dimensionless, positive.
@@ -113,9 +116,13 @@ def placed(
             coordinate=functools.partial(_seen, place, path.coordinate, 1.0),
             seed=tuple(place.points([path.seed])[0]),
         )
-    raise InputError(
-        f"only a Curve or an ImplicitPath is placed as a whole (got {type(path).__name__}); place its points"
-    )
+    if isinstance(path, WaypointPath):
+        coefficients = place.scale * np.einsum("ij,mjk->mik", np.asarray(place.rotation), path.spline.coefficients)
+        coefficients[:, :, 0] += place.position
+        return replace(path, spline=replace(path.spline, coefficients=coefficients))
+    if isinstance(path, MetricPath):
+        return by_length(placed(path.inner, position, rotation, scale))  # type: ignore[return-value]
+    raise InputError(f"only a path is placed (got {type(path).__name__}); make one with gs.paths, or place its points")
 
 
 def _moved(place: Placement, point: Callable[[Any], Any], parameter: Any) -> Any:
