@@ -46,7 +46,7 @@ def test_a_refusal_stays_a_refusal_when_nobody_hears_why(redirection: str) -> No
 
 
 @pytest.mark.parametrize("redirection", [">&-", ">/dev/full"])
-@pytest.mark.parametrize("command", [FLY, "missions --json", "--version"])
+@pytest.mark.parametrize("command", [FLY, "missions --json", "--version", "--help", "fly --help", ""])
 def test_results_that_cannot_be_written_are_an_error(command: str, redirection: str) -> None:
     answer = shell(f"gammastar {command} {redirection}")
     assert answer.returncode == 1
@@ -54,7 +54,7 @@ def test_results_that_cannot_be_written_are_an_error(command: str, redirection: 
     assert line.startswith("error: standard output must be open")
 
 
-@pytest.mark.parametrize("command", [FLY, "missions", "--version"])
+@pytest.mark.parametrize("command", [FLY, "missions", "--version", "--help", "fly --help", ""])
 def test_a_reader_that_goes_away_ends_a_command_quietly(command: str) -> None:
     answer = shell(f"(gammastar {command}; echo $? >&2) | true")
     assert answer.stderr == "141\n"

@@ -6,8 +6,7 @@ import signal
 from collections.abc import Sequence
 from typing import Any
 
-from gammastar.cli import process
-from gammastar.cli.output import OutputError
+from gammastar.cli import output, process
 from gammastar.errors import GammastarError
 
 __all__ = ["main"]
@@ -44,7 +43,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     """Parse and call; return the exit code."""
     from gammastar.cli.verbs import app
 
-    code: Any = app(args=None if arguments is None else list(arguments), prog_name="gammastar", standalone_mode=False)
+    words = None if arguments is None else list(arguments)
+    with output.reported():
+        code: Any = app(args=words, prog_name="gammastar", standalone_mode=False)
     return code or 0
 
 
@@ -53,9 +54,9 @@ def _explained(error: BaseException) -> int:
     match error:
         case GammastarError():
             return _stopped(str(error))
-        case OutputError(cause=BrokenPipeError()):
+        case output.OutputError(cause=BrokenPipeError()):
             return process.PIPE_CLOSED
-        case OutputError(cause=cause):
+        case output.OutputError(cause=cause):
             return _stopped(
                 f"standard output must be open to writing (got: {cause.strerror}); send it elsewhere", FAILED
             )

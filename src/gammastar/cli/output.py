@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO, cast
 
 from gammastar.cli.process import note
 
@@ -28,16 +28,42 @@ class OutputError(Exception):
         self.cause = cause
 
 
-def text(words: str, end: str = "\n") -> None:
-    """Print plain text on stdout.
+@contextmanager
+def reported() -> Iterator[None]:
+    """Let whatever a block prints on stdout fail as `OutputError`: libraries that print, such as help, explain other errors themselves.
 
     Raises:
         OutputError: Nobody receives it.
     """
-    try:
-        print(words, end=end, flush=True)
-    except OSError as error:
-        raise OutputError(error) from error
+    with redirect_stdout(cast(TextIO, _Reported(sys.stdout))):
+        yield
+
+
+class _Reported:
+    """A stream that raises `OutputError` where another raises `OSError`."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, words: str) -> int:
+        try:
+            return self._stream.write(words)
+        except OSError as error:
+            raise OutputError(error) from error
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            raise OutputError(error) from error
+
+
+def text(words: str, end: str = "\n") -> None:
+    """Print plain text on stdout."""
+    print(words, end=end, flush=True)
 
 
 def json_object(values: Mapping[str, Any]) -> None:
