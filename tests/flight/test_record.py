@@ -81,6 +81,15 @@ def test_columns_name_every_number_once() -> None:
     assert np.array_equal(columns["torque_z"], RECORD.torque[:, 2])
 
 
+def test_columns_tell_the_mode_of_tracking() -> None:
+    """Where the vehicle waits and where the approach bends the law, as true and false."""
+    waiting = np.arange(len(RECORD.time)) < 5
+    columns = dataclasses.replace(RECORD, waiting=waiting, constrained=~waiting).columns()
+    assert columns["waiting"].dtype == columns["constrained"].dtype == bool
+    assert np.array_equal(columns["waiting"], waiting)
+    assert np.array_equal(columns["constrained"], ~waiting)
+
+
 # --- flips -----------------------------------------------------------------------------------------------------------
 
 

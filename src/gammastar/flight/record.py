@@ -140,6 +140,7 @@ class FlightRecord:
         columns |= {f"eta_1{j + 1}": self.tangential_state[:, j] for j in range(4)}
         columns |= {"eta_21": self.yaw_output, "distance_m": self.distance}
         columns |= {"free_fall_margin_m_s2": self.free_fall_margin, "focal_margin": self.focal_margin}
+        columns |= {"waiting": self.waiting, "constrained": self.constrained}
         return {name: np.ascontiguousarray(values) for name, values in columns.items()}
 
 
