@@ -40,10 +40,10 @@ def readme_picture(record: gs.FlightRecord) -> Any:
     """Return the figure: the whole flight with its body axes on the left, the flip enlarged on the right."""
     figure = style.new_figure(*SIZE)
     figure.set_layout_engine("none")
-    flown, target = scene.drawn(record.position), scene.drawn(scene.target_points(record))
+    flown, target = scene.drawn(record.position), scene.drawn(scene.target_points(record)[0])
     rows = scene.pose_rows(record)
     whole: Any = figure.add_subplot(1, 2, 1, projection="3d", computed_zorder=False)
-    scene.draw_curves(whole, flown, target)
+    scene.draw_curves(whole, flown, [target])
     tips = scene.draw_axes(whole, flown[rows], record.attitude[rows], scene.AXIS_LENGTH * scene.scene_size(record))
     scene.dress_space(whole, *scene.bounds(np.vstack([flown, target, tips])))
     scene.fill(figure, whole, (0.05, 0.05, 4.6, 5.4))

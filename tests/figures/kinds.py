@@ -72,6 +72,13 @@ def on_path() -> gs.FlightRecord:
     return gs.fly(law, gs.State(position=(1, 0, 0)), reference=gs.Point(0.0), duration=1, step=STEP)
 
 
+def replaced() -> gs.FlightRecord:
+    """A flight along a closed path, then along an open one, which ends."""
+    law = gs.design(VEHICLE, gs.waypoints([(0, 0, 0), (3, 1, 0), (1, 4, 1)], closed=True))
+    away = gs.Replacement(6.0, gs.waypoints([(0, 5, 0), (-3, 5, -1), (-6, 3, 0)]))
+    return gs.fly(law, gs.State(position=(0, 0, 0.3)), speed=1.0, duration=18, step=STEP, replacements=[away])
+
+
 KINDS: dict[str, Callable[[], gs.FlightRecord]] = {
     "upside down": functools.cache(upside_down),
     "noisy": functools.cache(noisy),
@@ -80,6 +87,7 @@ KINDS: dict[str, Callable[[], gs.FlightRecord]] = {
     "ended early": functools.cache(free_fall),
     "one row": functools.cache(one_row),
     "diverged": functools.cache(diverged),
+    "replaced": functools.cache(replaced),
     "at rest on the path": functools.cache(on_path),
 }
 

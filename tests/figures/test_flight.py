@@ -52,10 +52,11 @@ def test_labels_of_axes_carry_units(kind: str) -> None:
         assert all("[" in label and "]" in label for label in written), (name, written)
 
 
-def test_no_text_leaves_its_figure() -> None:
+@pytest.mark.parametrize("kind", ["upside down", "replaced"])
+def test_no_text_leaves_its_figure(kind: str) -> None:
     """Titles, labels and legends lie inside the paper, also where a long title meets a narrow figure."""
     title = "recovery from almost upside down onto a circle (paper, section VI-B)"
-    for name, figure in figures.draw_flight(KINDS["upside down"](), title).items():
+    for name, figure in figures.draw_flight(KINDS[kind](), title).items():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         canvas = FigureCanvasAgg(figure)

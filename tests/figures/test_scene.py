@@ -61,7 +61,7 @@ def test_flight_and_target_lie_inside_the_box(kind: str) -> None:
     record = KINDS[kind]()
     axis = scene.draw_path(record).axes[0]
     low, high = (np.array(pair) for pair in zip(*(sorted(side()) for side in limits_of(axis)), strict=True))
-    places = scene.drawn(np.vstack([record.position, scene.target_points(record)]))
+    places = scene.drawn(np.vstack([record.position, *scene.target_points(record)]))
     assert np.all((places >= low - 1e-9) & (places <= high + 1e-9))
 
 
@@ -76,7 +76,7 @@ def test_a_path_is_drawn_no_farther_than_its_domain_and_the_flight() -> None:
     )
     law = gs.design(gs.Vehicle(mass=0.5, inertia=(4e-3, 4e-3, 7e-3)), path, poles=-3)
     record = gs.fly(law, gs.State(position=(0.5, 0.3, 0.1)), speed=0.2, duration=4)
-    points = scene.target_points(record)
+    (points,) = scene.target_points(record)
     assert points[0, 0] == pytest.approx(np.tan(record.tangential_state[:, 0].min() - 0.5))
     assert points[-1, 0] == pytest.approx(np.tan(1.2))
 
@@ -98,3 +98,13 @@ def test_poses_are_denser_in_time_where_the_vehicle_turns_fast() -> None:
 def test_the_second_lap_is_not_drawn_over_the_first() -> None:
     record = KINDS["upside down"]()
     assert record.time[scene.pose_rows(record)[-1]] < record.time[-1] - 1
+
+
+def test_the_path_of_every_phase_is_drawn() -> None:
+    """The first one whole, as it closes, the second one to its end; the legend says from when."""
+    record = KINDS["replaced"]()
+    first, second = scene.target_points(record)
+    assert np.allclose(first[0], first[-1])
+    assert np.allclose(second[-1], [-6, 3, 0], atol=1e-4)  # the flight is nearly there
+    axis = scene.draw_path(record).axes[0]
+    assert {"target at first", "target from 6 s"} <= set(axis.get_legend_handles_labels()[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,14 +100,15 @@ def _frames(record: FlightRecord, rows: np.ndarray, fps: float) -> Iterator[Any]
 
 def _scene(figure: Figure, record: FlightRecord, flown: np.ndarray) -> tuple[Any, Quadrotor]:
     """Add the panel with the whole flight and return the trail and the vehicle in it."""
-    target = scene.drawn(scene.target_points(record))
+    targets = [scene.drawn(points) for points in scene.target_points(record)]
     size = scene.scene_size(record)
     axis: Any = figure.add_subplot(projection="3d", computed_zorder=False)
-    axis.plot(*target.T, color=style.GREEN, linewidth=style.STRONG, linestyle=(0, (4, 2)), zorder=3)
+    for target, dashes in zip(targets, itertools.cycle(scene.TARGET_DASHES)):
+        axis.plot(*target.T, color=style.GREEN, linewidth=style.STRONG, linestyle=(0, dashes), zorder=3)
     axis.plot(*flown[:1].T, color=style.INK, marker="o", markersize=style.MARKER, linestyle="none", zorder=5)
     (trail,) = axis.plot(*flown[:1].T, color=style.FAINT, linewidth=style.STRONG, zorder=2)
     reach = 1.5 * ARM * size
-    scene.dress_space(axis, *scene.bounds(np.vstack([flown - reach, flown + reach, target])))
+    scene.dress_space(axis, *scene.bounds(np.vstack([flown - reach, flown + reach, *targets])))
     scene.fill(figure, axis, SCENE)
     return trail, Quadrotor(axis, ARM * size)
 

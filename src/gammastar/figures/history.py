@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gammastar.figures import style
+from gammastar.figures.phases import flown_phases, mark_replacements
 from gammastar.figures.windows import Window, distance_text, drawable, limits, settling_time, unwrapped_gaps, windows
 
 if TYPE_CHECKING:
@@ -47,8 +48,10 @@ def draw_states(record: FlightRecord, title: str = "", units: tuple[str, str] | 
         for j in range(4):
             _line(axis, record.time, record.transverse_state[:, i, j], rf"$\xi_{{{i + 1}{j + 1}}}$", style.CYCLE[j])
         style.label(axis, rf"$\xi_{{{i + 1}j}}$ [{units[i]}/s$^{{j-1}}$]")
-        style.legend(axis)
+        mark_replacements(axis, record, named=i == 0)
+        style.legend(axis, columns=5)
     _along(axes[2, 0], record)
+    mark_replacements(axes[2, 0], record)
     _span(axes[2, 0], record.time)
     return figure
 
@@ -96,25 +99,35 @@ def draw_margins(record: FlightRecord, title: str = "") -> Figure:
     style.label(focal, "focal margin [1]")
     style.legend(focal)
     _distance(distance, record)
+    for axis in axes[:, 0]:
+        mark_replacements(axis, record)
     _span(distance, record.time)
     return figure
 
 
-def reference_jet(record: FlightRecord) -> tuple[np.ndarray, bool]:
-    """Return the reference coordinate and four derivatives (n, 5), and whether the coordinate itself was to be held."""
-    reference = record.reference.resolved(record.law.path, float(record.tangential_state[0, 0]))
-    return reference.jets(record.time, record.tangential_state), reference.holds_position
+def reference_jet(record: FlightRecord) -> np.ndarray:
+    """Return the reference coordinate and four derivatives (n, 5); the coordinate is NaN where it is left free."""
+    parts = []
+    for phase, rows in flown_phases(record):
+        time, tangential = record.time[rows], record.tangential_state[rows]
+        reference = phase.reference.resolved(phase.law.path, float(tangential[0, 0])).moved(float(time[0]))
+        jets = reference.jets(time, tangential)
+        if not reference.holds_position:
+            jets[:, 0] = np.nan
+        parts.append(jets)
+    return np.concatenate(parts)
 
 
 def transverse_units(record: FlightRecord) -> tuple[str, str]:
     """Return the units of xi_11 and xi_21: metres on a curve, those of the user's functions on an implicit path."""
-    return ("m", "m") if record.law.path.components == 3 else ("unit of $s_1$ ", "unit of $s_2$ ")
+    curves = all(phase.law.path.components == 3 for phase in record.phases)
+    return ("m", "m") if curves else ("unit of $s_1$ ", "unit of $s_2$ ")
 
 
 def parameter_unit(record: FlightRecord) -> str:
     """Return the unit of the path coordinate: an angle where the path closes after one turn, its own parameter otherwise."""
-    period = record.law.path.period
-    return "rad" if period is not None and np.isclose(period, 2 * np.pi) else "parameter"
+    periods = [phase.law.path.period or 0.0 for phase in record.phases]
+    return "rad" if np.allclose(periods, 2 * np.pi) else "parameter"
 
 
 def _columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
@@ -124,6 +137,7 @@ def _columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
     for i, panel in enumerate(rows):
         for k, window in enumerate(spans):
             _panel(axes[i, k], record.time, panel, window, panel.shown if k == 0 else ())
+            mark_replacements(axes[i, k], record)
         style.label(axes[i, 0], panel.label)
         style.legend(axes[i, -1])
     for axis, window in zip(axes[0], spans, strict=True):
@@ -145,20 +159,28 @@ def _panel(axis: Axes, time: np.ndarray, panel: Panel, window: Window, shown: Se
 
 def _along(axis: Axes, record: FlightRecord) -> None:
     """Draw eta_11, wrapped on a closed path, and eta_12 with its reference."""
-    unit, period = parameter_unit(record), record.law.path.period
-    time, place = record.time, record.tangential_state[:, 0]
-    if period is not None:
-        time, place = unwrapped_gaps(time, place, period)
-    _line(axis, time, place, r"$\eta_{11}$", style.BLUE)
+    unit, wanted = parameter_unit(record), reference_jet(record)
+    _line(axis, *_wrapped(record, record.tangential_state[:, 0]), r"$\eta_{11}$", style.BLUE)
     _line(axis, record.time, record.tangential_state[:, 1], r"$\eta_{12}$", style.VERMILION)
-    wanted, holds_position = reference_jet(record)
-    if holds_position:
-        target = (record.time, wanted[:, 0]) if period is None else unwrapped_gaps(record.time, wanted[:, 0], period)
+    if np.isfinite(wanted[:, 0]).any():
+        target = _wrapped(record, wanted[:, 0])
         axis.plot(*target, color=style.INK, linewidth=style.THIN, linestyle=":", label=r"$\eta_{11}^{ref}$")
     name = r"$\eta_{12}^{ref}$"
     axis.plot(record.time, wanted[:, 1], color=style.INK, linewidth=style.THIN, linestyle=style.DASHED, label=name)
-    style.label(axis, f"along the path [{unit}, {unit}/s]")
+    style.label(axis, f"along the path\n[{unit}, {unit}/s]")
     style.legend(axis)
+
+
+def _wrapped(record: FlightRecord, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and path coordinates to draw: wrapped on closed paths, and with a gap where the path was replaced."""
+    times, values = list[np.ndarray](), list[np.ndarray]()
+    for phase, rows in flown_phases(record):
+        period, part = phase.law.path.period, (record.time[rows], places[rows])
+        time, value = part if period is None else unwrapped_gaps(*part, period)
+        gap = [np.nan] if times else []
+        times.append(np.concatenate([gap, time]))
+        values.append(np.concatenate([gap, value]))
+    return np.concatenate(times), np.concatenate(values)
 
 
 def _distance(axis: Axes, record: FlightRecord) -> None:

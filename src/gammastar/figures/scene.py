@@ -6,17 +6,20 @@ that what is above is drawn above, a vehicle upside down is seen upside down, an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gammastar.figures import style
+from gammastar.figures.phases import flown_phases, target_names
 from gammastar.figures.windows import settling_time
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gammastar.flight import FlightRecord
+    from gammastar.path import Path
 
 UPWARD = np.array([1.0, 1.0, -1.0])  # world, third axis down -> drawn, third axis up; `dress_space` reverses the second
 SIDE = 6.4  # [in] longest side of the figure
@@ -24,6 +27,7 @@ AXIS_LENGTH = 0.065  # of a body axis, relative to the longest side of the scene
 POSES = 20  # drawn along a flight, unless it is too short to have so many
 TURN_WEIGHT = 0.25  # [1/rad] of the scene's size: how much a turn counts beside a way when poses are chosen
 TARGET_POINTS = 361
+TARGET_DASHES = (4, 2.5), (1, 1.5), (7, 2, 1, 2)  # of the path of the first phase, the second ...
 SMALLEST_SIDE = 0.35  # of the longest side of the scene: a planar flight still gets a box with depth
 VIEW = (18.0, 58.0)  # [deg] elevation and azimuth
 
@@ -31,13 +35,13 @@ VIEW = (18.0, 58.0)  # [deg] elevation and azimuth
 @style.drawing()
 def draw_path(record: FlightRecord, title: str = "") -> Figure:
     """Draw the flight in space: flown and target path, start, and the body axes denser where the vehicle turns fast."""
-    flown, target = drawn(record.position), drawn(target_points(record))
+    flown, targets = drawn(record.position), [drawn(points) for points in target_points(record)]
     rows, length = pose_rows(record), AXIS_LENGTH * scene_size(record)
     figure = style.new_figure(SIDE, SIDE)
     axis = figure.add_subplot(projection="3d", computed_zorder=False)
-    draw_curves(axis, flown, target)
+    draw_curves(axis, flown, targets, target_names(record))
     tips = draw_axes(axis, flown[rows], record.attitude[rows], length)
-    dress_space(axis, *bounds(np.vstack([flown, target, tips])))
+    dress_space(axis, *bounds(np.vstack([flown, *targets, tips])))
     fit(figure, axis, title)
     return figure
 
@@ -47,9 +51,13 @@ def drawn(vectors: np.ndarray) -> np.ndarray:
     return np.asarray(vectors * UPWARD)
 
 
-def target_points(record: FlightRecord) -> np.ndarray:
-    """Return points (n, 3) [m] of the whole closed path, or of the stretch of an open one along which the flight went."""
-    path, along = record.law.path, record.tangential_state[:, 0]
+def target_points(record: FlightRecord) -> list[np.ndarray]:
+    """Return points (n, 3) [m] of the path of every phase: of the whole closed one, or of the stretch along which the flight went."""
+    return [_stretch(phase.law.path, record.tangential_state[rows, 0]) for phase, rows in flown_phases(record)]
+
+
+def _stretch(path: Path, along: np.ndarray) -> np.ndarray:
+    """Return points of a path on which a flight had the coordinates `along`."""
     if path.period is not None:
         return path.points(np.linspace(0, path.period, TARGET_POINTS) + along[0])
     reach = max(0.1 * float(np.ptp(along)), 0.5)
@@ -62,7 +70,7 @@ def target_points(record: FlightRecord) -> np.ndarray:
 
 def scene_size(record: FlightRecord) -> float:
     """Return the longest side [m] of the box around flight and target."""
-    return float(np.ptp(np.vstack([record.position, target_points(record)]), axis=0).max())
+    return float(np.ptp(np.vstack([record.position, *target_points(record)]), axis=0).max())
 
 
 def pose_rows(record: FlightRecord, count: int = POSES) -> np.ndarray:
@@ -71,7 +79,7 @@ def pose_rows(record: FlightRecord, count: int = POSES) -> np.ndarray:
     On a closed path the second lap would be drawn over the first, so it gets no poses.
     """
     last = len(record.time)
-    period = record.law.path.period
+    period = record.phases[-1].law.path.period
     settled = settling_time(record)
     if period is not None and settled is not None:
         along = record.tangential_state[:, 0]
@@ -90,10 +98,14 @@ def activity(record: FlightRecord, turn_weight: float) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(way + turn_weight * turn)])
 
 
-def draw_curves(axis: Any, flown: np.ndarray, target: np.ndarray) -> None:
-    """Draw the flown path, the target path dashed over it, and where the flight starts; arrays (n, 3) as drawn."""
+def draw_curves(
+    axis: Any, flown: np.ndarray, targets: Sequence[np.ndarray], names: Sequence[str] = ("target",)
+) -> None:
+    """Draw the flown path, the target paths dashed over it, and where the flight starts; arrays (n, 3) as drawn."""
     axis.plot(*flown.T, color=style.FAINT, linewidth=style.STRONG, label="flown", zorder=2)
-    axis.plot(*target.T, color=style.INK, linewidth=style.LINE, linestyle=(0, (4, 2.5)), label="target", zorder=3)
+    for k, (target, name) in enumerate(zip(targets, names, strict=True)):
+        dashes = TARGET_DASHES[k % len(TARGET_DASHES)]
+        axis.plot(*target.T, color=style.INK, linewidth=style.LINE, linestyle=(0, dashes), label=name, zorder=3)
     axis.plot(*flown[:1].T, color=style.INK, marker="o", markersize=5, linestyle="none", label="start", zorder=6)
 
 
