@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 
+import casadi as ca
 import numpy as np
 
 import gammastar as gs
@@ -49,3 +51,47 @@ def test_what_was_used_longest_ago_goes_first(monkeypatch) -> None:
     before = engine.compilations()
     assert engine.compiled("a", lambda: "again") == "A"
     assert engine.compilations() == before
+
+
+CIRCLE = gs.paths.circle()
+BASE = {"vehicle": VEHICLE, "poles": -3, "path": CIRCLE}
+SAMPLED = {"feedback": "middle", "rate": 100.0}
+VARIANTS = {
+    "belief": ({"vehicle": dataclasses.replace(VEHICLE, mass=0.6)}, {"truth": VEHICLE}),
+    "truth": ({}, {"truth": dataclasses.replace(VEHICLE, mass=0.6)}),
+    "poles": ({"poles": -4}, {}),
+    "path": ({"path": gs.paths.circle(1.2)}, {}),
+    "yaw output": ({"yaw_output": ca.sinh}, {"yaw_reference": 0.5}),
+    "heading": ({}, {"heading": gs.Azimuth((0, 1, 0))}),
+    "other heading": ({}, {"heading": gs.Azimuth((0, -1, 0))}),
+    "approach": ({"approach": gs.Approach(speed=0.2)}, {}),
+    "other approach": ({"approach": gs.Approach(speed=0.2, thrust_floor=4.9)}, {}),
+    "integrator": ({}, {"integrator": "lie-euler"}),
+    "ramp": ({}, {"speed": None, "reference": gs.Ramp(0.5)}),
+    "over progress": ({}, {"speed": None, "reference": gs.Profile(((0, 0.5), (1, 0.6)))}),
+    "sampled": ({}, SAMPLED),
+    "held from the start": ({}, SAMPLED | {"feedback": "start"}),
+    "noise": ({}, SAMPLED | {"noise": gs.SensorNoise(position=(0.01, 0.01, 0.01))}),
+}
+
+
+def end_of(name: str) -> np.ndarray:
+    """Return the last state of a variant of a short flight."""
+    design, how = VARIANTS[name]
+    chosen = BASE | design
+    law = gs.design(chosen.pop("vehicle"), chosen.pop("path"), **chosen)
+    start = gs.State((1.3, 0.4, -0.2), angular_velocity=(0.1, -0.2, 0.5))
+    return gs.fly(law, start, **{"speed": 0.5, "duration": 0.3, **how}).state[-1]
+
+
+def test_no_two_flights_share_a_graph_that_are_not_the_same(monkeypatch) -> None:
+    """Flown one after the other, each variant ends where it ends in a process that has built nothing before; all end elsewhere."""
+    module = importlib.import_module("gammastar.engine.compiled")
+    monkeypatch.setattr(module, "_kept", type(module._kept)())
+    together = {name: end_of(name) for name in VARIANTS}
+    for name in VARIANTS:
+        module._kept.clear()
+        assert np.array_equal(together[name], end_of(name)), name
+    ends = np.array(list(together.values()))
+    distances = np.abs(ends[:, None] - ends).max(axis=2) + np.eye(len(ends))
+    assert distances.min() > 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -10,7 +12,7 @@ import scipy.optimize
 from gammastar import so3
 from gammastar.errors import FlightError, GammastarError, InputError, SingularStartError, UnknownNameError
 from gammastar.flight import INTEGRATORS, FlightRecord, SensorNoise, Status, fly
-from gammastar.flight.watch import LARGEST_TURN, RESOLVED_SHARE
+from gammastar.flight.watch import LARGEST_TURN, RESOLVED_SHARE, is_resolved
 from gammastar.law import Azimuth, Point, Ramp, Speed, design
 from gammastar.law.gains import companion, gains_from_poles
 from gammastar.path import catalogue as paths
@@ -371,3 +373,12 @@ def test_a_start_whose_predicted_middle_is_not_finite_is_refused() -> None:
     law = design(PAPER_VEHICLE, PATHS["circle"])
     with pytest.raises(SingularStartError, match="finite input at the start"):
         fly(law, State((3.2, 5, 0), velocity=(1e100, 1e100, 1e100)), speed=1.0, feedback="middle", rate=100.0)
+
+
+def test_a_flight_beside_its_closed_form_along_the_path_is_not_resolved() -> None:
+    record = fly(design(PAPER_VEHICLE, PATHS["circle"]), State((1.3, 0.1, 9.9)), speed=1.0, duration=1.0)
+    assert is_resolved(record)
+    for name, column in (("tangential_state", (slice(None), 0)), ("transverse_state", (slice(None), 0, 0))):
+        moved = getattr(record, name).copy()
+        moved[column] += 0.1
+        assert not is_resolved(dataclasses.replace(record, **{name: moved}))

@@ -80,3 +80,11 @@ def test_at_the_very_instants_of_its_joints_a_reference_is_smooth_too(reference)
     joints = np.array([0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 5.0, 6.0, 8.0, 9.0])
     exact, before = (jets(reference, LINE, 0.0, joints + shift) for shift in (0.0, -1e-9))
     np.testing.assert_allclose(exact[1:, :4], before[1:, :4], atol=1e-6)
+
+
+def test_changes_that_follow_at_once_leave_no_empty_piece_between() -> None:
+    """Only two neighbouring pieces reach a step of the graph: an empty one between them would hide the next."""
+    at_once = gs.Legs((gs.Leg(1.0, to=1.0), gs.Leg(-1.0, to=0.0), gs.Leg(1.0, to=5.0)), change_time=1.0)
+    pieces = at_once.resolved(LINE, 0.0).pieces
+    assert np.diff(pieces.begins).min() > 0.5
+    assert len(pieces.begins) == 8  # two changes a leg, cruising on the last one alone, then rest

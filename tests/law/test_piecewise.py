@@ -58,7 +58,9 @@ def test_the_data_of_a_step_hold_across_the_next_joint(pieces: Piecewise) -> Non
     joints = np.append(pieces.begins[1:], pieces.begins[0] + (pieces.period or np.nan))
     for joint in joints[np.isfinite(joints)]:
         fetched = pieces.data(np.array([joint - 1e-3]))
-        assert float(graph(joint + 1e-3, fetched)) == pytest.approx(expected(pieces, joint + 1e-3, 0), abs=1e-12)
+        for later in (1e-12, 5e-4, 1e-3):
+            found = float(graph(joint + later, fetched))
+            assert found == pytest.approx(expected(pieces, joint + later, 0), abs=1e-12)
 
 
 def test_moved_pieces_are_the_same_later() -> None:
