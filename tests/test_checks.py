@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 
 from gammastar import errors
-from gammastar.checks import array, direction, number, whole
+from gammastar.checks import LARGEST, array, direction, magnitude, magnitudes, number, shortened, whole
 from gammastar.errors import GammastarError, InputError, ShapeError, UnknownNameError
 from strategies import numbers, vectors
 
@@ -42,6 +42,24 @@ def test_a_bound_above_excludes_itself_and_at_least_includes_itself() -> None:
         number(0.0, "mass", above=0)
     with pytest.raises(InputError, match=r"at least 0 \(got -1e-09\)"):
         number(-1e-9, "gravity", at_least=0)
+
+
+@pytest.mark.parametrize("value", [1e300, -1e300, 2 * LARGEST])
+def test_a_magnitude_can_be_multiplied(value: float) -> None:
+    """Below `LARGEST` in size; what must be above zero is not next to nothing either, so that its inverse can be too."""
+    for check in (magnitude, lambda value, name: magnitudes([value, 0], name, (2,))):
+        with pytest.raises(InputError, match=r"pitch \[m\] must be between -1e\+50 and 1e\+50"):
+            check(value, "pitch [m]")
+    with pytest.raises(
+        InputError, match=r"radius \[m\] must be between 1e-50 and 1e\+50 \(got 1e-300\); check its unit"
+    ):
+        magnitude(1e-300, "radius [m]", above=0)
+    assert magnitude(1e-300, "pitch [m]") == 1e-300
+    assert magnitudes([-1e9, 1], "position", (2,)).tolist() == [-1e9, 1]
+
+
+def test_a_message_shows_lists_for_tuples() -> None:
+    assert shortened(((1, 2), [(3,)])) == "[[1, 2], [[3]]]"
 
 
 def test_a_whole_number_counts_from_zero() -> None:

@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 from gammastar.errors import InputError, ShapeError
 
 LONGEST_SHOWN = 60  # characters of a value in a message
+LARGEST = (
+    1e50  # of a length, a mass and the like: products of several are still finite, and so are those of their inverses
+)
 
 
 def number(value: object, name: str, *, above: float | None = None, at_least: float | None = None) -> float:
@@ -24,6 +27,15 @@ def number(value: object, name: str, *, above: float | None = None, at_least: fl
         raise InputError(f"{name} must be greater than {above:g} (got {result:g}); raise it")
     if at_least is not None and result < at_least:
         raise InputError(f"{name} must be at least {at_least:g} (got {result:g}); raise it")
+    return result
+
+
+def magnitude(value: object, name: str, *, above: float | None = None, at_least: float | None = None) -> float:
+    """Return a number as `number` does, and refuse one that no computation stands: above `LARGEST`, or above zero by next to nothing."""
+    result = number(value, name, above=above, at_least=at_least)
+    least = 1 / LARGEST if above == 0 else -LARGEST
+    if not least <= result <= LARGEST:
+        raise InputError(f"{name} must be between {least:g} and {LARGEST:g} (got {result:g}); check its unit")
     return result
 
 
@@ -50,6 +62,16 @@ def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
     if not np.all(np.isfinite(result)):
         raise ShapeError(f"{name} must be finite (got {result.tolist()}); replace NaN and infinity")
     result.setflags(write=False)
+    return result
+
+
+def magnitudes(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return numbers as `array` does, and refuse those whose size is above `LARGEST`."""
+    result = array(value, name, shape)
+    if np.any(np.abs(result) > LARGEST):
+        raise InputError(
+            f"{name} must be between {-LARGEST:g} and {LARGEST:g} (got {(result + 0.0).tolist()}); check its unit"
+        )
     return result
 
 
@@ -83,9 +105,14 @@ def instance(value: object, kinds: type | tuple[type, ...], name: str, remedy: s
 
 
 def shortened(value: object) -> str:
-    """Return a value as a message shows it: one line of a bounded length."""
+    """Return a value as a message shows it: one line of a bounded length, with lists for tuples."""
     try:
-        text = repr(value)
+        text = repr(_listed(value))
     except ValueError:  # an integer of more digits than Python prints
         return "a number of very many digits"
     return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + " ..."
+
+
+def _listed(value: object) -> object:
+    """Return nested tuples as lists, which is how missions write them."""
+    return [_listed(each) for each in value] if isinstance(value, (list, tuple)) else value

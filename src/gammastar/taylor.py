@@ -208,6 +208,10 @@ _BINARY: dict[int, Callable[[Series, Series], Series]] = {
     ca.OP_FMAX: lambda x, y: _select(x, y, x.coefficients[0] >= y.coefficients[0]),
 }
 
+_NAMES: dict[int, str] = {
+    value: name.removeprefix("OP_").lower() for name, value in vars(ca).items() if name.startswith("OP_")
+}
+
 _SWITCHES = {ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR}
 
 
@@ -240,7 +244,7 @@ def through(function: Any, arguments: Sequence[Series]) -> tuple[Series, ...]:
             registers[writes[0]] = _select(value, Series.constant(0.0, order), condition.coefficients[0])
         else:
             raise PathError(
-                f"a path formula must be built from differentiable operations (got CasADi operation {operation}); "
+                f"a path formula must be built from differentiable operations (got {_NAMES[operation]}); "
                 "use +, -, *, /, powers, sqrt, exp, log, trigonometry, hyperbolic functions, abs, min, max, if_else"
             )
     return tuple(outputs)

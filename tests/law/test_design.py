@@ -296,3 +296,9 @@ def test_numbers_and_graph_give_the_same_decoupling_matrix(foot: Foot) -> None:
     assert tangent @ D[:3] == pytest.approx(np.zeros(4), abs=1e-10 * np.abs(D).max())
     inverse = np.linalg.inv(law.vehicle.inertia)[2]
     assert D[4] == pytest.approx(np.append(0, inverse / 5), rel=1e-12)
+
+
+def test_ragged_poles_are_refused_by_name() -> None:
+    """Shown as they came, not as what NumPy says of them."""
+    with pytest.raises(PoleError, match=r"transverse poles must be numbers \(got \[\[1, 2\], 3\]\)"):
+        design(PAPER_VEHICLE, PATHS["circle"], poles=[[1, 2], 3])

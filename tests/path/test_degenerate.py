@@ -14,7 +14,7 @@ import gammastar as gs
 from gammastar.certificate import certify
 from gammastar.errors import InputError
 from gammastar.path import Curve
-from gammastar.path.formula import curve_from_formula
+from gammastar.path.formula import curve_from_formula, implicit_from_formula
 from gammastar.path.table import read_points
 
 VEHICLE = gs.Vehicle(mass=0.5, inertia=(4e-3, 4e-3, 7e-3))
@@ -139,3 +139,35 @@ def test_a_parabola_at_its_ballistic_speed_is_refused_with_the_stretch_and_the_s
     assert "from parameter -1 to 1 (0 to 2.345 m)" in reason
     assert "fly at most 2.924 parameter/s" in reason
     assert certify(VEHICLE, path, 2.924).flyable
+
+
+FAR_TOO_LARGE: dict[str, Callable[[], Any]] = {
+    "an implicit circle": lambda: gs.paths.circle(radius=1e308, kind="implicit"),
+    "its quadratic kind": lambda: gs.paths.circle(radius=1e300, kind="implicit", coordinates="quadratic"),
+    "a circle": lambda: gs.paths.circle(radius=1e308),
+    "a circle far off": lambda: gs.paths.circle(center=(0, 1e308, 0)),
+    "a helix": lambda: gs.paths.helix(pitch=1e308),
+    "next to nothing": lambda: gs.paths.circle(radius=1e-308),
+    "a period": lambda: implicit_from_formula("sqrt(x**2 + y**2) - 1", "z", "atan2(y, x)", (1, 0, 0), period=1e308),
+    "a domain": lambda: implicit_from_formula("y", "z", "x", (0, 0, 0), domain=(0, 1e308)),
+    "a start": lambda: gs.State((1e308, 0, 0)),
+    "a mass": lambda: gs.Vehicle(mass=1e300, inertia=(1, 1, 1)),
+    "next to no mass": lambda: gs.Vehicle(mass=1e-300, inertia=(1, 1, 1)),
+    "an inertia": lambda: gs.Vehicle(mass=1, inertia=(1e300, 1e300, 1e300)),
+    "next to no inertia": lambda: gs.Vehicle(mass=1, inertia=(1e-300, 1e-300, 1e-300)),
+}
+
+
+@pytest.mark.parametrize("name", FAR_TOO_LARGE)
+def test_numbers_that_no_computation_stands_are_refused_in_one_sentence(name: str) -> None:
+    with pytest.raises(InputError, match=r"must be between .* check its unit") as caught:
+        FAR_TOO_LARGE[name]()
+    assert len(str(caught.value)) <= 200
+
+
+@pytest.mark.parametrize("place", ["parameter", "constants"])
+def test_a_name_of_any_length_is_refused_in_a_short_sentence(place: str) -> None:
+    long = "x" * 3000
+    with pytest.raises(InputError, match="at most 40 letters") as caught:
+        curve_from_formula("1", "2", "3", **{place: long if place == "parameter" else {long: 1}})
+    assert len(str(caught.value)) <= 200

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
-from gammastar.checks import instance, number, shortened
+from gammastar.checks import instance, number, shape_of, shortened
 from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
 from gammastar.law.approach import Approach, bounded
 from gammastar.law.gains import chain_poles, gains_from_poles, without_slowest
@@ -264,7 +264,7 @@ def design(
             )
         chosen.update(poles)
     else:
-        chosen.update(transverse=poles, tangential=poles, yaw=poles if np.ndim(poles) == 0 else DEFAULT_YAW_POLE)
+        chosen.update(transverse=poles, tangential=poles, yaw=poles if shape_of(poles) == () else DEFAULT_YAW_POLE)
     chosen.setdefault("transverse_2", chosen["transverse"])
     resolved = {chain: chain_poles(chosen[chain], CHAINS[chain], chain) for chain in chosen}
     resolved.setdefault("speed", without_slowest(resolved["tangential"]))

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array
+from gammastar.checks import magnitudes
 from gammastar.errors import PathError
 from gammastar.path.arc_length import ArcLength
 from gammastar.taylor import Series
@@ -162,7 +162,7 @@ class Path(ABC):
 
 def interval(domain: Any, name: str) -> tuple[float, float]:
     """Return the domain of a path as two increasing numbers."""
-    low, high = array(domain, f"domain of {name}", (2,))
+    low, high = magnitudes(domain, f"domain of {name}", (2,))
     if not low < high:
         raise PathError(f"the domain of {name} must be an interval (got {low:g} to {high:g}); give low < high")
     return float(low), float(high)

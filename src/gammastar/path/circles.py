@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, number
+from gammastar.checks import magnitude, magnitudes, number
 from gammastar.errors import UnknownNameError
 from gammastar.path.curve import Curve
 from gammastar.path.implicit import ImplicitPath
@@ -39,8 +39,8 @@ def circle(
         raise UnknownNameError("kind", kind, ("curve", "implicit"))
     if coordinates not in {"distance", "quadratic"}:
         raise UnknownNameError("coordinates", coordinates, ("distance", "quadratic"))
-    radius = number(radius, "radius [m]", above=0)
-    place = Placement(array(center, "center [m]", (3,)), plane_frame(normal))
+    radius = magnitude(radius, "radius [m]", above=0)
+    place = Placement(magnitudes(center, "center [m]", (3,)), plane_frame(normal))
     if kind == "curve":
         return _round("circle", radius, radius, place)
 
@@ -56,8 +56,8 @@ def circle(
 
 def ellipse(semi_axes: ArrayLike = (2.0, 1.0), center: ArrayLike = (0.0, 0.0, 0.0), normal: ArrayLike = DOWN) -> Curve:
     """Return an ellipse with semi-axes (a, b) [m] by eccentric angle [rad], right-handed about `normal`."""
-    a, b = (number(axis, "semi-axis [m]", above=0) for axis in array(semi_axes, "semi_axes [m]", (2,)))
-    return _round("ellipse", a, b, Placement(array(center, "center [m]", (3,)), plane_frame(normal)))
+    a, b = (magnitude(axis, "semi-axis [m]", above=0) for axis in magnitudes(semi_axes, "semi_axes [m]", (2,)))
+    return _round("ellipse", a, b, Placement(magnitudes(center, "center [m]", (3,)), plane_frame(normal)))
 
 
 def loop(radius: float = 1.0, center: ArrayLike = (0.0, 0.0, 0.0), heading: float = 0.0) -> Curve:
@@ -68,8 +68,8 @@ def loop(radius: float = 1.0, center: ArrayLike = (0.0, 0.0, 0.0), heading: floa
         center: (3,) [m], world.
         heading: Direction of flight at the bottom [deg], from the world's first axis towards its second.
     """
-    radius = number(radius, "radius [m]", above=0)
-    middle, turn = array(center, "center [m]", (3,)), np.radians(number(heading, "heading [deg]"))
+    radius = magnitude(radius, "radius [m]", above=0)
+    middle, turn = magnitudes(center, "center [m]", (3,)), np.radians(number(heading, "heading [deg]"))
     forward = np.array([np.cos(turn), np.sin(turn), 0.0])
     frame = np.column_stack([np.array(DOWN), forward, np.cross(DOWN, forward)])
     return _round("loop", radius, radius, Placement(middle, frame))
@@ -83,8 +83,8 @@ def nonplanar_circle(
     The defaults are the path of the design's sampled-control figures.  The third axis is down as everywhere, so
     `height` is depth.
     """
-    radius, wavelength = number(radius, "radius [m]", above=0), number(wavelength, "wavelength [m]", above=0)
-    height, amplitude = number(height, "height [m]"), number(amplitude, "amplitude [m]")
+    radius, wavelength = magnitude(radius, "radius [m]", above=0), magnitude(wavelength, "wavelength [m]", above=0)
+    height, amplitude = magnitude(height, "height [m]"), magnitude(amplitude, "amplitude [m]")
 
     point = functools.partial(_wavy, radius, height, amplitude, wavelength)
     return Curve(point, period=FULL_TURN, name="nonplanar circle")

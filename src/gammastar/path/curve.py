@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import taylor
-from gammastar.checks import direction, number
+from gammastar.checks import direction, magnitude
 from gammastar.errors import PathError
 from gammastar.path import bishop
 from gammastar.path.base import JET_ORDER, Path, PathOutputs, interval
@@ -173,7 +173,7 @@ class Curve(ParametricPath):
 
     def __post_init__(self) -> None:
         if self.period is not None:
-            number(self.period, f"period of {self.name}", above=0)
+            magnitude(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
         if self.ends is not None:
             if self.period is not None:

@@ -19,13 +19,13 @@ from typing import Any, NoReturn
 
 import casadi as ca
 
-from gammastar.checks import number
+from gammastar.checks import number, shortened
 from gammastar.errors import InputError, UnknownNameError
 
 LONGEST = 2000  # characters of a text
 DEEPEST = 100  # operations within each other; a sum of a hundred terms is that deep
 LARGEST_POWER = 100  # as an exponent: higher ones are slips, and their derivatives take as many products
-SHOWN = 40  # characters of a text that a message repeats
+SHOWN = 40  # characters of a text that a message repeats, and of a name, which it lists
 LAMBDA = "λ"  # `lambda` is a reserved word of the parser, and is read as this
 
 CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau}
@@ -76,7 +76,7 @@ class Expression:
 
     def __post_init__(self) -> None:
         if not isinstance(self.text, str):
-            raise InputError(f"{self.name} must be text (got {self.text!r}); put the formula in quotes")
+            raise InputError(f"{self.name} must be text (got {shortened(self.text)}); put the formula in quotes")
         object.__setattr__(self, "text", self.text.strip())
         self(*(ca.SX.sym(variable) for variable in self.variables))
 
@@ -87,12 +87,13 @@ class Expression:
     def _named(self, values: tuple[Any, ...]) -> dict[str, Any]:
         """Return every name that stands for a value."""
         named: dict[str, Any] = dict(CONSTANTS)
-        own = [(name, number(value, f"constant {name!r}")) for name, value in self.constants.items()]
+        own = [(name, number(value, f"constant {shortened(name)}")) for name, value in self.constants.items()]
         for word, value in [*own, *zip(self.variables, values, strict=True)]:
             name = LAMBDA if word == "lambda" else unicodedata.normalize("NFKC", str(word))  # as the parser does
-            if not name.isidentifier() or name in named or name in FUNCTIONS:
+            if not name.isidentifier() or len(name) > SHOWN or name in named or name in FUNCTIONS:
                 raise InputError(
-                    f"a name of {self.name} must be a word that is not in use (got {word!r}); choose another"
+                    f"a name of {self.name} must be a word of at most {SHOWN} letters that is not in use (got {shortened(word)}); "
+                    "choose another"
                 )
             named[name] = value
         return named

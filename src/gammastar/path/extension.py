@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from gammastar.checks import number
+from gammastar.checks import magnitude
 from gammastar.errors import InputError, PathError
 from gammastar.path.interpolation import STANDSTILL
 from gammastar.path.spline import DEGREE, SMOOTH, Spline, derivatives
@@ -41,7 +41,7 @@ def extended(spline: Spline, before: float = 0.0, after: float = 0.0, blend: flo
     """
     if spline.closed:
         raise InputError("only an open path is extended (got a closed one); leave the extension out")
-    before, after = number(before, "before [m]", at_least=0), number(after, "after [m]", at_least=0)
+    before, after = magnitude(before, "before [m]", at_least=0), magnitude(after, "after [m]", at_least=0)
     knots, coefficients = [spline.knots], [spline.coefficients]
     if after > 0:
         steps, pieces = _continued(spline, after, blend, 1)
@@ -84,7 +84,7 @@ def _continued(spline: Spline, length: float, blend: float | None, sense: int) -
     side = -1 if sense > 0 else 0
     if blend is None:
         blend = min(max(spline.lengths[side], spline.lengths.mean()), length / 2)
-    elif number(blend, "blend [m]", above=0) >= length:
+    elif magnitude(blend, "blend [m]", above=0) >= length:
         raise InputError(f"blend must be shorter than the extension (got {blend:g} m of {length:g} m); shorten it")
     jet = spline.evaluate(spline.knots[side], SMOOTH)[0].T
     fade = _fade(jet * (sense * float(blend)) ** np.arange(SMOOTH + 1)) / float(blend) ** np.arange(DEGREE + 1)

@@ -8,6 +8,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from gammastar.checks import shortened
 from gammastar.errors import InputError, ShapeError
 from gammastar.path.curve import Curve
 from gammastar.path.expression import Expression, value_of
@@ -108,8 +109,10 @@ def _as_text(formula: float | str) -> str:
 
 def _constants(constants: Mapping[str, float | str] | None, name: str) -> dict[str, float]:
     if constants is not None and not isinstance(constants, Mapping):
-        raise InputError(f"constants of {name} must be names with values (got {constants!r}); give a table")
-    return {str(key): value_of(value, f"constant {key!r} of {name}") for key, value in (constants or {}).items()}
+        raise InputError(f"constants of {name} must be names with values (got {shortened(constants)}); give a table")
+    return {
+        str(key): value_of(value, f"constant {shortened(key)} of {name}") for key, value in (constants or {}).items()
+    }
 
 
 def _period(period: float | str | None, constants: dict[str, float], name: str) -> float | None:
@@ -127,5 +130,7 @@ def _values(values: Any, count: int, name: str, constants: dict[str, float]) -> 
     except TypeError:
         entries = []
     if len(entries) != count:
-        raise ShapeError(f"{name} must be a list of {count} numbers (got {values!r}); check the number of entries")
+        raise ShapeError(
+            f"{name} must be a list of {count} numbers (got {shortened(values)}); check the number of entries"
+        )
     return tuple(value_of(entry, name, constants) for entry in entries)

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import taylor
-from gammastar.checks import array, number
+from gammastar.checks import magnitude, magnitudes
 from gammastar.errors import PathError
 from gammastar.path.base import JET_ORDER, ORDER, Path, PathOutputs, interval
 from gammastar.path.course import Course
@@ -53,10 +53,10 @@ class ImplicitPath(Path):
 
     def __post_init__(self) -> None:
         if self.period is not None:
-            number(self.period, f"period of {self.name}", above=0)
+            magnitude(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
         object.__setattr__(self, "domain", interval(self.domain, self.name))
-        object.__setattr__(self, "seed", tuple(array(self.seed, f"seed of {self.name}", (3,)).tolist()))
+        object.__setattr__(self, "seed", tuple(magnitudes(self.seed, f"seed of {self.name}", (3,)).tolist()))
         assert self._jet_sampler  # refuses formulas that have no Taylor rule now, not in flight
         values, gradient = (np.array(value) for value in self._gradient_sampler(self._seed_point))
         size = np.prod(np.linalg.norm(gradient, axis=1))

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, number
+from gammastar.checks import array, magnitude, magnitudes, number
 from gammastar.errors import InputError, PathError, UnknownNameError
 from gammastar.path.curve import Curve
 from gammastar.path.placement import FULL_TURN
@@ -38,7 +38,7 @@ def lemniscate(size: float = 2.5, separation: float = 1.0, kind: Literal["closed
         separation: d [m], the vertical distance of the branches at the crossing.
         kind: 'closed', or 'rising'.
     """
-    size, separation = number(size, "size [m]", above=0), number(separation, "separation [m]", above=0)
+    size, separation = magnitude(size, "size [m]", above=0), magnitude(separation, "separation [m]", above=0)
     if kind not in {"closed", "rising"}:
         raise UnknownNameError("kind", kind, ("closed", "rising"))
 
@@ -71,9 +71,9 @@ def lissajous(
     Raises:
         PathError: The curve meets itself, or runs back along itself.
     """
-    sizes = array(amplitudes, "amplitudes [m]", (3,))
+    sizes = magnitudes(amplitudes, "amplitudes [m]", (3,))
     for size in sizes:
-        number(size, "amplitude [m]", above=0)
+        magnitude(size, "amplitude [m]", above=0)
     counts = [
         _whole(number(count, "frequency", above=0), "frequency") for count in array(frequencies, "frequencies", (3,))
     ]
@@ -121,7 +121,7 @@ def viviani(radius: float = 2.0, separation: float = 1.0) -> Curve:
         radius: r [m].
         separation: d [m], positive and below 2 r.
     """
-    radius, separation = number(radius, "radius [m]", above=0), number(separation, "separation [m]", above=0)
+    radius, separation = magnitude(radius, "radius [m]", above=0), magnitude(separation, "separation [m]", above=0)
     if separation >= 2 * radius:
         raise InputError(
             f"separation must stay below twice the radius (got {separation:g} m at a radius of {radius:g} m); lower it"
@@ -139,9 +139,9 @@ def trefoil(radius: float = 3.0, height: float = 1.0) -> Curve:
         radius: r [m], of its three lobes in plan.
         height: h [m], of the wave that parts the strands; negative gives the mirror image, zero is refused.
     """
-    third, height = number(radius, "radius [m]", above=0) / 3, number(height, "height [m]")
+    third, height = magnitude(radius, "radius [m]", above=0) / 3, magnitude(height, "height [m]")
     if height == 0:
-        number(abs(height), "height [m] (as a magnitude)", above=0)
+        magnitude(abs(height), "height [m] (as a magnitude)", above=0)
     return Curve(
         functools.partial(_three_lobes, third, height),
         period=FULL_TURN,
@@ -168,7 +168,7 @@ def torus_knot(p: int = 2, q: int = 3, radius: float = 2.0, tube: float = 0.75) 
         raise PathError(
             f"p and q must have no common factor (got {p} and {q}); the knot would be run through more than once"
         )
-    radius, tube = number(radius, "radius [m]", above=0), number(tube, "tube [m]", above=0)
+    radius, tube = magnitude(radius, "radius [m]", above=0), magnitude(tube, "tube [m]", above=0)
     if tube >= radius:
         raise InputError(f"tube must stay below the radius (got {tube:g} m at a radius of {radius:g} m); lower it")
 

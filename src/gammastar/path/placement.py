@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import array, direction, number
+from gammastar.checks import direction, magnitude, magnitudes
 from gammastar.errors import InputError, RotationError, ShapeError
 from gammastar.path.base import Path
 from gammastar.path.curve import Curve
@@ -60,9 +60,9 @@ class Placement:
         if distance <= EXACT:
             rotation = np.array(self.rotation, dtype=float)
         rotation.setflags(write=False)
-        object.__setattr__(self, "position", array(self.position, "position [m]", (3,)))
+        object.__setattr__(self, "position", magnitudes(self.position, "position [m]", (3,)))
         object.__setattr__(self, "rotation", rotation)
-        object.__setattr__(self, "scale", number(self.scale, "scale", above=0))
+        object.__setattr__(self, "scale", magnitude(self.scale, "scale", above=0))
         object.__setattr__(self, "rotation_distance", distance)
 
     def points(self, points: ArrayLike) -> np.ndarray:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, direction, number
+from gammastar.checks import array, direction, magnitude, magnitudes
 from gammastar.errors import InputError, ShapeError
 from gammastar.path.curve import Curve
 from gammastar.path.placement import DOWN, FULL_TURN, Placement, plane_frame
@@ -18,7 +18,7 @@ from gammastar.path.placement import DOWN, FULL_TURN, Placement, plane_frame
 
 def line(point: ArrayLike = (0.0, 0.0, 0.0), along: ArrayLike = (1.0, 0.0, 0.0)) -> Curve:
     """Return a straight line through a point (3,) [m] along a direction; its parameter is the distance from the point [m]."""
-    start, tangent = array(point, "point [m]", (3,)), direction(along, "along")
+    start, tangent = magnitudes(point, "point [m]", (3,)), direction(along, "along")
     normal = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
     normal /= np.linalg.norm(normal)
     place = Placement(start, np.column_stack([tangent, np.cross(normal, tangent), normal]))
@@ -37,10 +37,10 @@ def helix(
         center: (3,) [m], world: a point of the axis, level with angle zero.
         axis: (3,) direction, world.
     """
-    radius, pitch = number(radius, "radius [m]", above=0), number(pitch, "pitch [m]")
+    radius, pitch = magnitude(radius, "radius [m]", above=0), magnitude(pitch, "pitch [m]")
     if pitch == 0:
-        number(abs(pitch), "pitch [m] (as a magnitude)", above=0)
-    place = Placement(array(center, "center [m]", (3,)), plane_frame(axis))
+        magnitude(abs(pitch), "pitch [m] (as a magnitude)", above=0)
+    place = Placement(magnitudes(center, "center [m]", (3,)), plane_frame(axis))
     rise = pitch / FULL_TURN
     return Curve(
         functools.partial(_screw, place, radius, rise),
@@ -59,9 +59,9 @@ def sine(amplitude: float = 1.0, wavelength: float = 6.0) -> Curve:
         amplitude: [m]; negative begins towards the negative second axis.
         wavelength: [m].
     """
-    amplitude, wavelength = number(amplitude, "amplitude [m]"), number(wavelength, "wavelength [m]", above=0)
+    amplitude, wavelength = magnitude(amplitude, "amplitude [m]"), magnitude(wavelength, "wavelength [m]", above=0)
     if amplitude == 0:
-        number(abs(amplitude), "amplitude [m] (as a magnitude)", above=0)
+        magnitude(abs(amplitude), "amplitude [m] (as a magnitude)", above=0)
     wave_number = FULL_TURN / wavelength
     return Curve(
         functools.partial(_wave, amplitude, wave_number),
@@ -85,9 +85,9 @@ def spiral(spacing: float = 1.0, turns: float = 3.0, rise: float = 0.0) -> Curve
         turns: How many of them there are; any positive number.
         rise: Upwards in one turn [m]; negative sinks, zero is flat.
     """
-    growth = number(spacing, "spacing [m]", above=0) / FULL_TURN
-    end = number(turns, "turns", above=0) * FULL_TURN
-    climb = number(rise, "rise [m]") / FULL_TURN
+    growth = magnitude(spacing, "spacing [m]", above=0) / FULL_TURN
+    end = magnitude(turns, "turns", above=0) * FULL_TURN
+    climb = magnitude(rise, "rise [m]") / FULL_TURN
     return Curve(
         functools.partial(_winding, growth, climb),
         name="spiral",

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, number, shape_of, three
+from gammastar.checks import magnitude, magnitudes, shape_of, three
 from gammastar.errors import InputError, ShapeError
 from gammastar.vehicle.state import StateGraph
 
@@ -47,8 +47,8 @@ class Vehicle:
     bias_torque: ArrayLike = (0.0, 0.0, 0.0)  # K_r of Eq. (3), (3,) or scalar [N m], body, subtracted
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", number(self.mass, "mass [kg]", above=0))
-        object.__setattr__(self, "gravity", number(self.gravity, "gravity [m/s^2]", at_least=0))
+        object.__setattr__(self, "mass", magnitude(self.mass, "mass [kg]", above=0))
+        object.__setattr__(self, "gravity", magnitude(self.gravity, "gravity [m/s^2]", at_least=0))
         object.__setattr__(self, "inertia", _inertia_matrix(self.inertia))
         for name in ("bias_acceleration", "bias_torque"):
             object.__setattr__(self, name, three(getattr(self, name), name))
@@ -130,7 +130,7 @@ def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
     if shape is None or shape not in {(3,), (3, 3)}:
         got = "rows of different lengths" if shape is None else f"shape {shape}"
         raise ShapeError(f"inertia [kg m^2] must be 3 moments or a 3x3 matrix (got {got}); give one of the two")
-    given = array(inertia, "inertia [kg m^2]", shape)
+    given = magnitudes(inertia, "inertia [kg m^2]", shape)
     matrix = np.diag(given) if shape == (3,) else given
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
         raise InputError(
@@ -141,6 +141,7 @@ def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
         raise InputError(
             f"inertia [kg m^2] must be positive definite (got principal moments {moments.tolist()}); check the diagonal"
         )
+    magnitude(moments[0], "the least moment of the inertia [kg m^2]", above=0)
     if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
         raise InputError(
             f"inertia [kg m^2] must satisfy the triangle inequality (got principal moments {moments.tolist()}); "

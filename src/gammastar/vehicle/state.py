@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import array, number
+from gammastar.checks import array, magnitudes, number
 
 SIZE = 20
 NAMES = (
@@ -69,7 +69,8 @@ class State:
     attitude_distance: float = field(default=0.0, init=False)  # Frobenius distance of the given matrix to SO(3)
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity", "angular_velocity"):
+        object.__setattr__(self, "position", magnitudes(self.position, "position [m]", (3,)))
+        for name in ("velocity", "angular_velocity"):
             object.__setattr__(self, name, array(getattr(self, name), name, (3,)))
         rotation, distance = so3.project(self.attitude)
         rotation.setflags(write=False)
