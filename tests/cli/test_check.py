@@ -55,6 +55,22 @@ def test_json_is_the_certificate(capsys: pytest.CaptureFixture[str]) -> None:
     assert (data["mission"], data["frame"], data["files"]) == (load("loop").title, "ned", [])
 
 
+@pytest.mark.parametrize(("frame", "top"), [("ned", -6), ("enu", 12)])
+def test_points_are_in_the_frame_that_is_named(frame: str, top: float, capsys: pytest.CaptureFixture[str]) -> None:
+    """The loop's centre is at z = -4 in `ned`; in `enu` it is put at 10; its top is 2 m above either."""
+    center = ["--set", "path.center=[0,0,10]", "--set", "start.position=[0,0.3,6]"] if frame == "enu" else []
+    arguments = [*FALLING, "--set", f"frame={frame}", *center]
+    code, data = answered_json(capsys, "check", *arguments)
+    assert (code, data["frame"]) == (1, frame)
+    (place,) = (row["place"] for row in data["checks"] if row["name"] == "specific thrust")
+    assert place["point_m"] == pytest.approx([0, 0, top], abs=1e-6)
+    code, out, _ = answered(capsys, "check", *arguments)
+    assert f"point [m], {frame}" in out
+    assert f"point 0, 0, {top} m" in out
+    code, _, err = answered(capsys, "fly", *arguments)
+    assert (code, f"point 0, 0, {top} m" in err) == (2, True)
+
+
 def test_what_a_speed_takes_is_said_with_the_speed_that_would_do(capsys: pytest.CaptureFixture[str]) -> None:
     code, data = answered_json(capsys, "check", *FALLING)
     assert code == 1

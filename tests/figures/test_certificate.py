@@ -39,6 +39,12 @@ def test_every_kind_of_certificate_can_be_drawn(kind: str) -> None:
     assert picture(figure, "svg") == picture(draw_certificate(certificate(kind), figure._suptitle.get_text()), "svg")
 
 
+def test_a_picture_does_not_depend_on_the_frame_that_points_are_named_in() -> None:
+    """Figures show `ned`: marks lie on the path in both frames."""
+    drawn = [draw_certificate(certify(QUAD, gs.paths.loop(radius=2.0), 2.2, frame=frame)) for frame in ("ned", "enu")]
+    assert picture(drawn[0], "svg") == picture(drawn[1], "svg")
+
+
 def test_a_fault_of_geometry_leaves_no_colours() -> None:
     assert len(draw_certificate(certificate("with a cusp")).axes) == 1
     assert len(draw_certificate(certificate("flyable")).axes) == 2

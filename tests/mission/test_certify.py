@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from gammastar.certificate import Limits, certify
-from gammastar.errors import InputError, MissionError
+from gammastar.errors import InputError, MissionError, UnknownNameError
 from gammastar.mission import Mission, load, parse
 
 QUICK: dict[str, Any] = {
@@ -43,6 +43,30 @@ def test_a_loop_at_the_speed_of_free_fall_is_not_flyable() -> None:
     found = load("loop").with_values({"reference.speed": 2.2143}).certify()
     assert not found.flyable
     assert load("loop").certify().flyable
+
+
+@pytest.mark.parametrize("frame", ["ned", "enu"])
+def test_a_certificate_names_points_in_the_frame_of_its_mission(frame: str) -> None:
+    """Of a loop about (3, 4, 10) that falls at its top, 2 m above the centre: z is -1 times the height in `ned`, the height in `enu`."""
+    found = Mission.from_values(
+        QUICK
+        | {"frame": frame, "path": {"name": "loop", "radius": 2, "center": [3, 4, 10]}}
+        | {"reference": {"kind": "speed", "speed": 2.2143}, "start": {"position": [3, 4.2, 8.5]}}
+    ).certify()
+    top = [3, 4, 12] if frame == "enu" else [3, 4, 8]
+    assert found.check("specific thrust").place.point == pytest.approx(top, abs=1e-6)
+    assert f"point 3, 4, {top[2]} m" in found.reasons[0]
+    data = found.as_dict()
+    row = next(row for row in data["checks"] if row["name"] == "specific thrust")
+    assert row["place"]["point_m"] == pytest.approx(top, abs=1e-6)
+    middle = [sum(end["point_m"][2] for end in stretch) / 2 for stretch in data["free_fall_stretches"]]
+    assert middle == pytest.approx([top[2]], abs=0.1)
+
+
+def test_an_unknown_frame_is_refused() -> None:
+    mission = Mission.from_values(QUICK)
+    with pytest.raises(UnknownNameError, match="frame must be one of enu, ned"):
+        certify(mission.law().vehicle, mission.law().path, frame="nwu")
 
 
 def test_limits_take_the_arguments_of_their_class() -> None:

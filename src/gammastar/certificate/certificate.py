@@ -56,6 +56,7 @@ class Certificate:
     """Whether and how fast a vehicle can follow a path exactly, known before any flight; made by `certify`."""
 
     path: str  # its name
+    frame: str  # of the points that checks, stretches and reasons name, 'ned' or 'enu'
     flyable: bool  # at the requested speed
     reasons: tuple[str, ...]  # a sentence for each requirement that fails; empty when flyable
     checks: tuple[Check, ...]  # rows of a table
@@ -67,7 +68,7 @@ class Certificate:
     stretches: tuple[tuple[Place, Place], ...]  # where the specific thrust is below its floor
     parameters: np.ndarray = field(repr=False)  # (n,) of a picture of the path
     arc_lengths: np.ndarray = field(repr=False)  # (n,) [m]
-    points: np.ndarray = field(repr=False)  # (n, 3) [m], world
+    points: np.ndarray = field(repr=False)  # (n, 3) [m], in `ned` whatever the frame
     tightest_margin: np.ndarray = field(repr=False)  # (n,) 1 - used share of the tightest limit, -1 to 1; 0 meets it
 
     @property

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar.certificate import wording
 from gammastar.certificate.certificate import Certificate, Check, Verdict
@@ -24,6 +25,7 @@ from gammastar.certificate.search import Extreme, Quantity, extremes, negative_s
 from gammastar.certificate.speeds import Limits, allowed_speeds
 from gammastar.checks import number
 from gammastar.errors import UnknownNameError
+from gammastar.frames import check_frame, convert_vector
 from gammastar.path import Path
 from gammastar.path.sampling import Place, Samples, sample
 from gammastar.path.smoothness import ORDERS, jumping, jumps
@@ -46,6 +48,7 @@ DEMANDS = (  # name, unit, field of Demands, sign of the extreme, field of Limit
 class _Findings:
     """Rows and sentences as they come up."""
 
+    frame: str  # of the points that are named
     checks: list[Check] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     stretches: list[tuple[Place, Place]] = field(default_factory=list)
@@ -53,6 +56,15 @@ class _Findings:
 
     def skip(self, *names: str) -> None:
         self.checks += [Check(name, None, "", Verdict.SKIPPED) for name in names]
+
+    def places(self, samples: Samples, parameters: ArrayLike) -> list[Place]:
+        """Return the places at parameters (k,), their points in the frame of the certificate."""
+        found = samples.places(np.asarray(parameters, dtype=float))
+        points = (convert_vector(place.point, self.frame) + 0.0 for place in found)
+        return [
+            replace(place, point=(x, y, z))
+            for place, (x, y, z) in zip(found, map(np.ndarray.tolist, points), strict=True)
+        ]
 
 
 def certify(
@@ -62,6 +74,7 @@ def certify(
     *,
     progress: Progress | str = Progress.PARAMETER,
     limits: Limits | None = None,
+    frame: str = "ned",
 ) -> Certificate:
     """Return whether a path is fit to be followed exactly, how fast, and what that demands (Assumption 1).
 
@@ -75,15 +88,18 @@ def certify(
         speed: Constant speed of progress, backwards when negative; the demands are those of its magnitude.
         progress: 'parameter' for a speed in units of the path's parameter a second, 'metres' for metres a second.
         limits: Of the vehicle; by default only the floor of the specific thrust counts.
+        frame: 'ned' or 'enu', in which rows and sentences name points; vehicle and path are in `ned` all the same.
 
     Raises:
         InputError: A speed that is no number.
+        UnknownNameError: Another unit of progress, or another frame.
         PathError: The path has no finite jets.
     """
+    check_frame(frame)
     speed, limits = number(speed, "speed"), limits or Limits()
     if progress not in list(Progress):
         raise UnknownNameError("progress", progress, [str(each) for each in Progress])
-    progress, samples, findings = Progress(progress), sample(path), _Findings()
+    progress, samples, findings = Progress(progress), sample(path), _Findings(frame)
     with np.errstate(all="ignore"):
         sound = _class_of(samples, findings)
         metres = (1.0, 1.0)
@@ -96,6 +112,7 @@ def certify(
             findings.skip(*GEOMETRY, *(row[0] for row in DEMANDS), "largest speed")
     return Certificate(
         path.name,
+        frame,
         not findings.reasons,
         tuple(findings.reasons),
         tuple(findings.checks),
@@ -116,7 +133,7 @@ def _class_of(samples: Samples, findings: _Findings) -> bool:
     """Check that the path is regular and of class C^5, state its length; return whether the rest has a meaning."""
     least = extremes(samples, {"speed": (parameter_speed, -1)})["speed"]
     mean = samples.length / samples.span
-    (place,) = samples.places(np.array([least.parameter]))
+    (place,) = findings.places(samples, [least.parameter])
     regular = least.value > STANDSTILL * mean
     verdict = Verdict.OK if regular else Verdict.FAILS
     ratio = least.value / mean if mean > 0 else 0.0
@@ -124,7 +141,7 @@ def _class_of(samples: Samples, findings: _Findings) -> bool:
     if not regular:
         findings.reasons.append(wording.irregular(place))
     found = jumps(samples)
-    places = samples.places(np.array([jump.parameter for jump in found]))
+    places = findings.places(samples, [jump.parameter for jump in found])
     if found:
         findings.reasons.append(jumping("the path", found, places))
     lowest = min(found, key=lambda jump: jump.order, default=None)
@@ -149,14 +166,14 @@ def _geometry(samples: Samples, findings: _Findings) -> tuple[Extreme, Extreme]:
         samples, {"curvature": (curvature, 1), "slowest": (parameter_speed, -1), "fastest": (parameter_speed, 1)}
     )
     bend = found["curvature"]
-    (bent,) = samples.places(np.array([bend.parameter]))
+    (bent,) = findings.places(samples, [bend.parameter])
     approach = closest_approach(samples, bend.value)
     radius = 1 / bend.value if bend.value > 0 else np.inf
     tube = [Check("tube radius", radius, "m", Verdict.STATED, bent, note="least radius of curvature")]
     if approach is None:
         findings.checks.append(Check("self-distance", None, "m", Verdict.OK, note="nowhere doubles back"))
     else:
-        first, second = samples.places(np.array([approach.first, approach.second]))
+        first, second = findings.places(samples, [approach.first, approach.second])
         findings.checks.append(_distance_check(approach, first, second))
         if approach.contact:
             findings.reasons.append(wording.meeting(approach, first, second))
@@ -190,7 +207,7 @@ def _flight(
     floor = limits.floor(vehicle)
     found = extremes(samples, {row[0]: (quantity(row[2]), row[3]) for row in DEMANDS})
     samples = samples.with_parameters(np.array([each.parameter for each in found.values()]))
-    places = dict(zip(found, samples.places(np.array([each.parameter for each in found.values()])), strict=True))
+    places = dict(zip(found, findings.places(samples, [each.parameter for each in found.values()]), strict=True))
     allowed = findings.allowed = allowed_speeds(samples, vehicle, progress, limits)
     weightless = float(np.linalg.norm(hover(vehicle))) <= floor
     remedy = wording.advice(allowed, speed, progress, metres, weightless)
@@ -220,7 +237,7 @@ def _fall(
     """Name the stretches where the specific thrust is below its floor."""
     stretches = negative_stretches(samples, lambda jets: quantity(jets) - floor)
     for first, last in stretches:
-        start, end = samples.places(np.array([first, last]))
+        start, end = findings.places(samples, [first, last])
         if last - first >= samples.span * (1 - ROUNDING):  # the whole path: the end is not the start again
             end = Place(samples.low + samples.span, samples.length, end.point)
         findings.stretches.append((start, end))

@@ -110,7 +110,7 @@ def check(
     except PathError as error:
         output.no_certificate(str(error), as_json)
         return 1
-    data = {"mission": chosen.title, "frame": "ned", **report.whole(certificates)}
+    data = {"mission": chosen.title, "frame": chosen.frame, **report.whole(certificates)}
     files = [] if target is None else report.write(target, report.decisive(certificates), chosen.title, data)
     output.certificate(data, report.tables(certificates), files, as_json)
     return 0 if data["flyable"] else 1

@@ -9,11 +9,12 @@ import numpy as np
 from gammastar.figures import scene, style
 from gammastar.figures.quadrotor import towards_viewer
 from gammastar.figures.scene import drawn
+from gammastar.frames import convert_vector
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gammastar.certificate import Certificate, Place
+    from gammastar.certificate import Certificate
 
 PIECES = 600  # of the path, sorted by depth so that what is nearer covers what is farther
 CASING, BODY, SHADOW = 6.0, 3.2, 0.8  # [pt] width of a strand's white edge, of itself and of its shadow on the floor
@@ -122,7 +123,8 @@ def _mark_places(axis: Any, certificate: Certificate) -> None:
         stated = marker and (check.limit is not None or check.name == "curvature")
         if check.place is None or not (stated or fails):
             continue
-        places = np.array([_point(place) for place in (check.place, check.second_place) if place is not None])
+        points = [place.point for place in (check.place, check.second_place) if place is not None]
+        places = convert_vector(points, certificate.frame)
         axis.plot(
             *drawn(places).T,
             color=style.VERMILION if fails else style.INK,
@@ -143,10 +145,6 @@ def _value(check: Any) -> str:
     if check.name == "curvature" and check.value > 0:
         return f": radius {style.plain(float(f'{1 / check.value:.3g}'))} m"
     return f": {style.plain(float(f'{check.value:.3g}'))} {check.unit.replace('^2', '²')}"
-
-
-def _point(place: Place) -> np.ndarray:
-    return np.array(place.point)
 
 
 def _rgba(color: str) -> np.ndarray:

@@ -102,7 +102,10 @@ class Mission:
         return self._start
 
     def certify(self) -> Certificate:
-        """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for."""
+        """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for.
+
+        The points that it names are in the mission's frame.
+        """
         return self._certificate(self._law.path, self._reference)
 
     def certificates(self) -> dict[str, Certificate]:
@@ -147,7 +150,7 @@ class Mission:
         return Mission.from_values, (with_paths_written(self.file, self.file.model_dump(exclude_unset=True)),)
 
     def _certificate(self, path: Path, reference: AnyReference) -> Certificate:
-        return certify(self._law.vehicle, path, reference.fastest, limits=self._limits)
+        return certify(self._law.vehicle, path, reference.fastest, limits=self._limits, frame=self.frame)
 
     @property
     def _conditions(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from gammastar.report.place import chosen_folder, filled
 
 PICTURE, DATA = "certificate", "certificate.json"
 PICTURES = ("png", "svg", "pdf")  # endings of --out that ask for one file
-HEADS = ("check", "", "value", "limit", "parameter", "along [m]", "point [m], ned")
+HEADS = ("check", "", "value", "limit", "parameter", "along [m]", "point [m]")
 COMPARED = {"regular": ">=", "self-distance": ">", "specific thrust": ">="}  # what is not in here must be no larger
 SHOWN = {Verdict.OK: "ok", Verdict.FAILS: "FAILS", Verdict.STATED: "", Verdict.SKIPPED: "not examined"}
 
@@ -49,8 +49,8 @@ def _sentence(section: str, words: str) -> str:
 
 
 def table(certificate: Certificate) -> str:
-    """Return the rows of a certificate under each other, then whether the path is flyable and why not; points are in `ned`."""
-    rows = [HEADS]
+    """Return the rows of a certificate under each other, then whether the path is flyable and why not; points in the frame it names."""
+    rows = [(*HEADS[:-1], f"{HEADS[-1]}, {certificate.frame}")]
     for check in certificate.checks:
         places = [place for place in (check.place, check.second_place) if place is not None]
         first, *others = [_where(place) for place in places] or [("", "", "")]
