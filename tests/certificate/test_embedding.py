@@ -21,6 +21,7 @@ from certificate.curves import (
     wandering,
 )
 from gammastar import so3
+from gammastar.certificate import embedding, pairs
 from gammastar.certificate.embedding import MOST_CELLS, Approach, closest_approach, newton_step
 from gammastar.certificate.motion import curvature
 from gammastar.certificate.pairs import cells
@@ -28,6 +29,7 @@ from gammastar.certificate.search import extremes
 from gammastar.path import Path
 from gammastar.path import catalogue as paths
 from gammastar.path.sampling import sample
+from gammastar.path.waypoints import waypoints
 
 
 def approach(path: Path) -> Approach | None:
@@ -209,11 +211,46 @@ def test_a_long_path_is_searched_where_it_comes_close() -> None:
     parameters = np.linspace(0, path.period, 200_001)[:-1]
     points = path.jets(parameters)[:, 0]
     spacing = np.linalg.norm(np.diff(points, axis=0), axis=1).max()
-    pairs = cKDTree(points).query_pairs(found.distance + spacing, output_type="ndarray")
-    gap = np.abs(parameters[pairs[:, 1]] - parameters[pairs[:, 0]])
-    pairs = pairs[np.minimum(gap, path.period - gap) > 1.5]
-    least = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1).min()
+    near = cKDTree(points).query_pairs(found.distance + spacing, output_type="ndarray")
+    gap = np.abs(parameters[near[:, 1]] - parameters[near[:, 0]])
+    near = near[np.minimum(gap, path.period - gap) > 1.5]
+    least = np.linalg.norm(points[near[:, 0]] - points[near[:, 1]], axis=1).min()
     assert found.distance <= least <= found.distance + spacing
+
+
+def crowded(count: int) -> Path:
+    """Return a path through random points of a box 100 m wide."""
+    return waypoints(np.random.default_rng(0).uniform(-50, 50, (count, 3)))
+
+
+def test_near_pairs_are_all_pairs_of_cells_that_come_near() -> None:
+    """Cells of unequal length: whatever comes nearer than 0.5 m, looked for between dense points of every cell."""
+    samples = sample(crowded(20))
+    points = samples.jets[cells(samples, 200), 0]
+    shares = np.linspace(0, 1, 30)[:, None, None]
+    dense = points[:-1] + shares * (points[1:] - points[:-1])
+    found = {frozenset(pair) for block in pairs.near_pairs(points, 0.5) for pair in block.tolist()}
+    for k in range(len(points) - 1):
+        distances = np.linalg.norm(dense[:, k, None, None] - dense, axis=3).min(axis=(0, 1))
+        assert all({k, other} in found for other in np.flatnonzero(distances < 0.5) if other != k)
+
+
+def test_pairs_of_a_crowded_path_are_looked_at_block_by_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fifty million pairs of cells, of which only some are ever held at once; the answer is the one of all together."""
+    sizes, judged = [], embedding._judged
+
+    def watched(samples, nodes, chosen, free):
+        sizes.append(len(chosen))
+        return judged(samples, nodes, chosen, free)
+
+    monkeypatch.setattr(embedding, "_judged", watched)
+    path = crowded(600)
+    found, samples = approach(path), sample(path)
+    assert found.distance == pytest.approx(8.46130e-4, abs=1e-8)
+    assert sum(sizes) > 2 * pairs.MOST_PAIRS
+    points = samples.jets[cells(samples), 0]
+    sizes += [len(block) for block in pairs.near_pairs(points, 10.0)]
+    assert max(sizes) <= pairs.MOST_PAIRS
 
 
 def test_a_crossing_beside_many_near_strands_is_found() -> None:

@@ -11,6 +11,8 @@ Source: Litherland, Simon, Durumeric, Rawdon, Thickness of knots, Topology Appl.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -72,19 +74,15 @@ def closest_approach(samples: Samples, most_curvature: float) -> Approach | None
     return found
 
 
-def _closest(samples: Samples, nodes: np.ndarray, pairs: np.ndarray) -> Approach | None:
-    """Return the closest approach that Newton steps reach from pairs of samples (k, 2), or None."""
-    free = np.ones(pairs.shape, dtype=bool)
-    if not samples.closed:
-        ends, free_ends = end_pairs(samples, nodes)
-        pairs, free = np.concatenate([pairs, ends]), np.concatenate([free, free_ends])
-    promise, order = _ranked(samples, nodes, pairs, free)
+def _closest(samples: Samples, nodes: np.ndarray, blocks: Iterable[np.ndarray]) -> Approach | None:
+    """Return the closest approach that Newton steps reach from blocks of pairs of samples (k, 2), or None."""
+    chosen = _ranked(samples, nodes, blocks)
     found = _Pairs(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0, dtype=bool), np.empty((0, 2), dtype=bool))
-    for _ in range(ROUNDS):
-        if not len(order) or (len(found.distances) and found.distances.min() <= promise[order[0]]):
+    for start in range(0, len(chosen.pairs), CANDIDATES):
+        if len(found.distances) and found.distances.min() <= chosen.promise[start]:
             break
-        chosen, order = order[:CANDIDATES], order[CANDIDATES:]
-        refined = _refined(samples, pairs[chosen], free[chosen], _reach(samples, nodes))
+        rows = slice(start, start + CANDIDATES)
+        refined = _refined(samples, chosen.pairs[rows], chosen.free[rows], _reach(samples, nodes))
         found = _Pairs(*(np.concatenate(both) for both in zip(found, refined, strict=True)))
     return _approach(samples, found) if len(found.distances) else None
 
@@ -115,17 +113,37 @@ def _approach(samples: Samples, found: _Pairs) -> Approach:
     return Approach(float(distances[best]), first, second, kind)
 
 
-def _ranked(samples: Samples, nodes: np.ndarray, pairs: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (k,) [m] that one Newton step promises, and the pairs in the order in which they are tried."""
-    jets = samples.jets[pairs]
+class _Candidates(NamedTuple):
+    """Pairs of samples from which Newton steps may start, the most promising first."""
+
+    pairs: np.ndarray  # (k, 2)
+    free: np.ndarray  # (k, 2) false for an end of an open curve
+    promise: np.ndarray  # (k,) [m] distance after one Newton step
+    long: np.ndarray  # (k,) whether that step leaves the cells by far
+
+
+def _ranked(samples: Samples, nodes: np.ndarray, blocks: Iterable[np.ndarray]) -> _Candidates:
+    """Return the candidates that are tried, in that order; of what a block holds, only these are kept."""
+    best = _judged(samples, nodes, np.empty((0, 2), dtype=int), np.empty((0, 2), dtype=bool))
+    inner = ((pairs, np.ones(pairs.shape, dtype=bool)) for pairs in blocks)
+    for pairs, free in itertools.chain(inner, [] if samples.closed else [end_pairs(samples, nodes)]):
+        judged = _judged(samples, nodes, pairs, free)
+        best = _Candidates(*(np.concatenate(both) for both in zip(best, judged, strict=True)))
+        order = np.lexsort([np.round(best.promise / samples.length, DECIMALS), best.long])[: ROUNDS * CANDIDATES]
+        best = _Candidates(*(column[order] for column in best))
+    return best
+
+
+def _judged(samples: Samples, nodes: np.ndarray, pairs: np.ndarray, free: np.ndarray) -> _Candidates:
+    """Return pairs with the distance that one Newton step promises."""
+    jets = samples.jets[:, :3][pairs]
     steps = newton_step(jets, free, np.inf)
     ends = samples.arc_lengths[np.append(nodes, len(samples.parameters) - 1)]
     cell = np.maximum(np.diff(ends), samples.length / 2 / len(nodes))[np.searchsorted(nodes, pairs)]
     long = (np.abs(steps) * samples.speeds[pairs] > LONG * cell).any(axis=1)
     steps *= np.minimum(1, _reach(samples, nodes) / np.maximum(np.abs(steps) * samples.speeds[pairs], 1e-300))
     moved = jets[:, :, 0] + jets[:, :, 1] * steps[..., None] + jets[:, :, 2] * steps[..., None] ** 2 / 2
-    promise = np.linalg.norm(moved[:, 0] - moved[:, 1], axis=1)
-    return promise, np.lexsort([np.round(promise / samples.length, DECIMALS), long])
+    return _Candidates(pairs, free, np.linalg.norm(moved[:, 0] - moved[:, 1], axis=1), long)
 
 
 def _reach(samples: Samples, nodes: np.ndarray) -> float:

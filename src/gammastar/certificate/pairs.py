@@ -6,6 +6,8 @@ hold such a pair.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from gammastar.path.sampling import Samples
@@ -14,6 +16,7 @@ CELLS = 1500  # cells along the length of the curve, more where it turns
 TURN = 0.15  # [rad] largest turn of the tangent over a cell
 BLOCK = 256  # rows of the grid of pairs that are computed at a time
 SLACK = 1.1  # length of a cell over its chord, at most
+MOST_PAIRS = 200_000  # that are looked at together: a long path has hundreds of millions
 
 
 def cells(samples: Samples, most: int | None = None) -> np.ndarray:
@@ -27,8 +30,8 @@ def cells(samples: Samples, most: int | None = None) -> np.ndarray:
     return nodes[:-1] if samples.closed else nodes
 
 
-def critical_cells(samples: Samples, nodes: np.ndarray) -> np.ndarray:
-    """Return pairs of samples (k, 2), corners of the cells where both perpendicularity conditions change sign."""
+def critical_cells(samples: Samples, nodes: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield blocks of pairs of samples (k, 2), corners of the cells where both perpendicularity conditions change sign."""
     points, tangents = samples.jets[nodes, 0], samples.jets[nodes, 1]
     points = points - points.mean(axis=0)
     own, count = np.sum(points * tangents, axis=1), len(nodes)
@@ -43,28 +46,54 @@ def critical_cells(samples: Samples, nodes: np.ndarray) -> np.ndarray:
     rows_, columns = np.nonzero(mixed & mixed.T)
     around = (columns - rows_) if not samples.closed else np.minimum(columns - rows_, count - (columns - rows_))
     kept = (columns > rows_) & (around > 1)
-    return nodes[np.column_stack([rows_[kept], columns[kept]])]
+    pairs = np.column_stack([rows_[kept], columns[kept]])
+    for start in range(0, len(pairs), MOST_PAIRS):
+        yield nodes[pairs[start : start + MOST_PAIRS]]
 
 
-def near_critical_cells(samples: Samples, nodes: np.ndarray, within: float) -> np.ndarray:
-    """Return pairs as `critical_cells` does, but only of cells whose middles are near enough for a distance `within` [m]."""
-    from scipy.spatial import cKDTree
-
+def near_critical_cells(samples: Samples, nodes: np.ndarray, within: float) -> Iterator[np.ndarray]:
+    """Yield pairs as `critical_cells` does, but only of cells near enough for a distance `within` [m]."""
     ring = np.append(nodes, nodes[0]) if samples.closed else nodes
     points, tangents = samples.jets[ring, 0], samples.jets[ring, 1]
     count = len(ring) - 1
-    longest = float(np.linalg.norm(np.diff(points, axis=0), axis=1).max())
-    pairs = cKDTree((points[1:] + points[:-1]) / 2).query_pairs(within + SLACK * longest, output_type="ndarray")
-    apart = np.abs(pairs[:, 1] - pairs[:, 0])
-    pairs = pairs[(np.minimum(apart, count - apart) if samples.closed else apart) > 1]
-    ahead = np.empty((2, 4, len(pairs)), dtype=bool)
-    for k, corner in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
-        first, second = (pairs + corner).T
-        chord = points[first] - points[second]
-        ahead[0, k] = np.sum(chord * tangents[first], axis=1) > 0
-        ahead[1, k] = np.sum(chord * tangents[second], axis=1) > 0
-    mixed = (ahead.any(axis=1) & ~ahead.all(axis=1)).all(axis=0)
-    return np.sort(ring[pairs[mixed]], axis=1)
+    for pairs in near_pairs(points, within):
+        apart = np.abs(pairs[:, 1] - pairs[:, 0])
+        pairs = pairs[(np.minimum(apart, count - apart) if samples.closed else apart) > 1]
+        ahead = np.empty((2, 4, len(pairs)), dtype=bool)
+        for k, corner in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
+            first, second = (pairs + corner).T
+            chord = points[first] - points[second]
+            ahead[0, k] = np.sum(chord * tangents[first], axis=1) > 0
+            ahead[1, k] = np.sum(chord * tangents[second], axis=1) > 0
+        mixed = (ahead.any(axis=1) & ~ahead.all(axis=1)).all(axis=0)
+        yield np.sort(ring[pairs[mixed]], axis=1)
+
+
+def near_pairs(points: np.ndarray, within: float) -> Iterator[np.ndarray]:
+    """Yield blocks (k, 2) of pairs of cells that may come nearer than `within` [m], `MOST_PAIRS` at most in each.
+
+    A cell reaches from one of the points (n, 3) to the next.  Every pair is found from its longer cell, so that one long cell does not
+    make all cells look near.
+    """
+    from scipy.spatial import cKDTree
+
+    middles, lengths = (points[1:] + points[:-1]) / 2, SLACK * np.linalg.norm(np.diff(points, axis=0), axis=1)
+    order = np.argsort(lengths, kind="stable")
+    middles, lengths = middles[order], lengths[order]
+    tree = cKDTree(middles)
+    ends = np.cumsum(tree.query_ball_point(middles, within + lengths, return_length=True))
+    start = 0
+    while start < len(ends):
+        before = ends[start - 1] if start else 0
+        stop = max(int(np.searchsorted(ends, before + MOST_PAIRS, side="right")), start + 1)
+        found = tree.query_ball_point(middles[start:stop], (within + lengths)[start:stop])
+        longer = np.repeat(np.arange(start, stop), np.diff(ends[start:stop], prepend=before))
+        shorter = np.concatenate(found).astype(int)
+        longer, shorter = longer[shorter < longer], shorter[shorter < longer]
+        apart = np.linalg.norm(middles[longer] - middles[shorter], axis=1)
+        near = apart <= within + (lengths[longer] + lengths[shorter]) / 2
+        yield order[np.column_stack([longer, shorter])[near]]
+        start = stop
 
 
 def _changes(positive: np.ndarray) -> np.ndarray:
