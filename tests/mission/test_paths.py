@@ -272,6 +272,22 @@ def test_a_bad_path_is_refused_in_one_sentence(name: str) -> None:
     assert str(caught.value).count("[path") == 1
 
 
+def test_an_open_path_by_name_may_be_given_ends() -> None:
+    """With them it can be measured, stops where it says, and survives being written."""
+    ending = mission({"name": "helix", "ends": [0, 6.0]})
+    assert ending.law().path.ends == (0, 6)
+    assert parse(ending.toml()) == ending
+    measured = mission({"name": "helix", "ends": [0, 6.0], "progress": "metres"}).law().path
+    assert measured.ends == pytest.approx((0, ending.law().path.length()))
+    with pytest.raises(GammastarError, match=r"\[path\] circle must be closed or end"):
+        mission({"name": "circle", "ends": [0, 1]})
+    with pytest.raises(GammastarError, match=r"\[path\] ends need a curve"):
+        mission({"name": "circle", "kind": "implicit", "ends": [0, 1]})
+    for wrong in ([0], [2, 1], 3, [0, 1, 2]):
+        with pytest.raises(GammastarError, match=r"\[path\] "):
+            mission({"name": "helix", "ends": wrong})
+
+
 def test_the_paths_of_the_page_fly(tmp_path: Path) -> None:
     """Each [path] block of the reference, with what else it shows, is a mission and survives being written."""
     page = (Path(__file__).parents[2] / "docs" / "reference" / "missions.md").read_text(encoding="utf-8")

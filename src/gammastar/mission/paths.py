@@ -5,6 +5,7 @@ The placement x -> position + scale R x acts in the mission's axes on the path a
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -12,9 +13,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import PlainValidator, SerializeAsAny
 
+from gammastar.errors import InputError
 from gammastar.mission import turn
 from gammastar.mission.orientation import AnglesSection, Rotation, matrix_of
 from gammastar.mission.values import (
+    Array,
     Construction,
     Flag,
     Number,
@@ -27,7 +30,7 @@ from gammastar.mission.values import (
     one_of,
     section_of,
 )
-from gammastar.path import Path, catalogue
+from gammastar.path import Curve, Path, catalogue
 from gammastar.path.formula import curve_from_formula, implicit_from_formula
 from gammastar.path.interpolation import SPACINGS
 from gammastar.path.metres import by_length
@@ -69,6 +72,21 @@ class PathSection(Construction):
         """Return the section with every default written out: its name, what gives the path, and where it lies."""
         values = self.model_dump(exclude_none=True)
         return dict(sorted(values.items(), key=lambda item: (item[0] != "name", item[0] in PathSection.model_fields)))
+
+
+class CatalogueSection(PathSection):
+    """A path by name; an open curve may be given ends."""
+
+    ends: Array | None = None  # (2,) path parameter, where a flight stops
+
+    def placed(self, frame: str) -> Path:
+        """Return the path with its own parameter, in `ned`."""
+        path = super().placed(frame)
+        if self.ends is None:
+            return path
+        if not isinstance(path, Curve):
+            raise InputError(f"ends need a curve (got an implicit {path.name}); leave them out")
+        return dataclasses.replace(path, ends=self.ends)
 
 
 class SplineSection(PathSection):
@@ -122,7 +140,7 @@ class TableSection(SplineSection):
         return {"name": "waypoints", "points": self.rows} | values
 
 
-CATALOGUE = {name: section_of(getattr(catalogue, name), PathSection, name=name) for name in catalogue.__all__}
+CATALOGUE = {name: section_of(getattr(catalogue, name), CatalogueSection, name=name) for name in catalogue.__all__}
 CURVE_FORMULA = section_of(curve_from_formula, PathSection, name="formula")
 IMPLICIT_FORMULA = section_of(implicit_from_formula, PathSection, name="formula")
 PATHS: dict[str, type[PathSection]] = {
