@@ -7,6 +7,7 @@ import importlib
 
 import casadi as ca
 import numpy as np
+import pytest
 
 import gammastar as gs
 from gammastar import engine
@@ -95,3 +96,33 @@ def test_no_two_flights_share_a_graph_that_are_not_the_same(monkeypatch) -> None
     ends = np.array(list(together.values()))
     distances = np.abs(ends[:, None] - ends).max(axis=2) + np.eye(len(ends))
     assert distances.min() > 0
+
+
+class Turned:
+    """A heading of a user's own, whose data may change."""
+
+    rate = 1.0
+
+    def yaw_rate(self, path, state, place, parameter_rate) -> tuple:
+        """Return a constant yaw rate."""
+        return self.rate, 0.0
+
+
+def test_changed_data_of_a_users_function_are_seen() -> None:
+    """Equal objects over changed data: a bound method, a closure, a heading."""
+    factor, heading = [1.0], Turned()
+    ends = []
+    for value in (1.0, 4.0):
+        factor[0], heading.rate = value, value
+        law = gs.design(VEHICLE, CIRCLE, -3, yaw_output=lambda rate: factor[0] * rate)
+        start = gs.State((1.2, 0, 0), angular_velocity=(0, 0, 0.5))
+        assert law.transformed_state(start)[1][4] == pytest.approx(0.5 * value)
+        plain = gs.design(VEHICLE, CIRCLE, -3)
+        ends.append(gs.fly(plain, start, speed=0.5, duration=3, heading=heading).angular_velocity[-1, 2])
+    assert ends == pytest.approx([1.0, 4.0], abs=1e-2)
+
+
+def test_what_cannot_be_hashed_is_no_hindrance() -> None:
+    heading, approach = gs.Azimuth(gain=np.array(2.0)), gs.Approach(speed=np.array(2.0))
+    law = gs.design(VEHICLE, CIRCLE, -3, approach=approach)
+    assert gs.fly(law, gs.State((1.2, 0, 0)), speed=0.5, duration=0.1, heading=heading).completed

@@ -94,3 +94,36 @@ def test_what_cannot_replace_is_refused() -> None:
     for beyond in (gs.Point(99.0), gs.Stop(1.0, 99.0, 1.0), gs.Legs((gs.Leg(1.0, to=99.0),))):
         with pytest.raises(InputError, match="must lie on the path"):
             gs.fly(gs.design(VEHICLE, AWAY, POLES), start, reference=beyond, duration=1)
+
+
+def test_stopping_at_an_end_is_gentle_at_any_speed() -> None:
+    """40 m straight down at 6 m/s: braked within a second it would take more than gravity gives."""
+    down = gs.waypoints([(0, 0, -1), (0, 0, -41)])
+    for reference in (gs.Speed(6.0), gs.Ramp(6.0)):
+        record = gs.fly(gs.design(VEHICLE, down, POLES), gs.State((0, 0, -1)), reference=reference, duration=30)
+        assert record.position[-1] == pytest.approx([0, 0, -41], abs=1e-8)
+        late = record.time > 4  # after the start
+        assert record.free_fall_margin[late].min() > VEHICLE.gravity - 2.5
+
+
+def test_beyond_its_end_a_vehicle_is_not_on_the_path() -> None:
+    path = gs.waypoints([(3, 0, 0), (6, 0, 0), (9, 0, 0)])
+    record = gs.fly(gs.design(VEHICLE, path, POLES), gs.State((59, 0, 0)), speed=1.0, duration=30)
+    assert record.distance[0] == pytest.approx(50)
+    summary = record.summary()
+    assert summary["settled"] is True
+    assert summary["settling_time_s"]["predicted"] > 3
+    assert not gs.fly(gs.design(VEHICLE, path, POLES), gs.State((59, 0, 0)), speed=1.0, duration=2).summary()["settled"]
+
+
+def test_a_flight_along_two_paths_has_no_single_closed_form() -> None:
+    law = gs.design(VEHICLE, ROUND, POLES)
+    record = gs.fly(law, gs.State((0, 0, 0)), speed=1.0, duration=1, replacements=[gs.Replacement(1e-9, AWAY)])
+    assert record.phases[1].row == 1
+    with pytest.raises(InputError, match="must follow one path"):
+        _ = record.prediction
+    for wrong in (None, gs.Replacement(0.5, AWAY)):
+        with pytest.raises(InputError, match="must be a list"):
+            gs.fly(law, gs.State((0, 0, 0)), speed=1.0, duration=1, replacements=wrong)
+    with pytest.raises(InputError, match="reference must be one"):
+        gs.fly(law, gs.State((0, 0, 0)), reference=gs.Speed, duration=1)

@@ -159,3 +159,31 @@ def test_a_vehicle_that_crosses_the_tube_fast_is_not_inside_it() -> None:
         flight = gs.fly(tuned, gs.State(place, velocity), speed=0.8, duration=8)
         assert bool(flight.waiting[0]) is waits
         assert flight.distance[-1] < 1e-3
+
+
+@pytest.mark.parametrize("distance", [20.0, 100.0])
+def test_far_from_a_small_circle_the_vehicle_is_not_swung_round_it(distance: float) -> None:
+    """A hundred radii away the nearest point at 1 rad/s would carry it along at 100 m/s."""
+    flight = gs.fly(
+        law(gs.paths.circle(1.0), speed=2.0),
+        gs.State((distance, 0, 0)),
+        speed=1.0,
+        duration=10 + distance / 2,
+        step=4e-3,
+    )
+    assert np.linalg.norm(flight.velocity, axis=1).max() < 3.5
+    assert flight.distance[-1] < 1e-6
+
+
+@pytest.mark.parametrize("name", ["ellipse", "waypoints", "waypoints by length"])
+def test_the_hand_over_keeps_to_the_piece_that_it_has_looked_up(name: str) -> None:
+    """The candidate is sought with the polynomial of the waiting target, which is the path in its own segment only."""
+    gates = gs.waypoints([(0, 0, -1), (4, 1, -2), (6, 5, -1.5), (2, 7, -1)], closed=True)
+    path, place, velocity = {
+        "ellipse": (gs.by_length(gs.paths.ellipse()), (-3.020, -0.956, -1.957), (-4.85, 6.37, -4.85)),
+        "waypoints": (gates, (5, 5, 5), (15, -10, 5)),
+        "waypoints by length": (gs.by_length(gates), (5, 5, 5), (15, -10, 5)),
+    }[name]
+    flight = gs.fly(law(path), gs.State(place, velocity), speed=0.5, duration=20, step=4e-3)
+    assert flight.completed
+    assert flight.distance[-1] < 1e-6

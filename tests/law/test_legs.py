@@ -88,3 +88,18 @@ def test_changes_that_follow_at_once_leave_no_empty_piece_between() -> None:
     pieces = at_once.resolved(LINE, 0.0).pieces
     assert np.diff(pieces.begins).min() > 0.5
     assert len(pieces.begins) == 8  # two changes a leg, cruising on the last one alone, then rest
+
+
+def test_a_vehicle_at_its_goal_but_for_rounding_is_there() -> None:
+    goal = 0.29874686716791987
+    place = CIRCLE.start_parameter(np.array([np.cos(goal), np.sin(goal), 0.0]))
+    for start in (goal, place, np.nextafter(goal, 1), np.nextafter(goal, 0)):
+        end = jets(gs.Legs((gs.Leg(1.0, to=goal, hold=1.0),)), CIRCLE, start, np.array([60.0]))[0, 0]
+        assert end == pytest.approx(goal, abs=1e-8)
+
+
+def test_legs_come_as_any_list_of_legs() -> None:
+    assert len(gs.Legs(gs.Leg(1.0, to=float(k)) for k in range(3)).legs) == 3
+    for wrong in (None, 3, gs.Leg(1.0), "legs"):
+        with pytest.raises(gs.errors.InputError):
+            gs.Legs(wrong)

@@ -115,3 +115,27 @@ def test_the_path_is_never_left_for_a_profile(path, profile: gs.Profile, end: fl
 def test_what_is_no_profile_is_refused(wrong) -> None:
     with pytest.raises(InputError):
         wrong()
+
+
+@pytest.mark.parametrize("points", [((0.5, 2), (2, 1)), ((0.5, -1), (2, -2))], ids=["forwards", "backwards"])
+def test_joints_are_met_in_both_directions(points: tuple) -> None:
+    """Within a step the pieces change where they meet, whichever way the path is flown: the error falls with the step."""
+    law = gs.design(VEHICLE, gs.paths.circle(2.0), poles=(-3.4, -3.8, -4.2, -4.6))
+    errors = []
+    for step in (4e-3, 1e-3):
+        record = gs.fly(law, gs.State((2.0, 0, 0)), reference=gs.Profile(points), duration=8, step=step)
+        errors.append(record.summary()["oracle"]["max_position_error_m"])
+    assert errors[1] < 1e-5
+    assert errors[1] < errors[0] / 4
+
+
+def test_a_profile_that_leaves_a_path_or_jumps_at_its_seam_is_refused() -> None:
+    for profile in (((0, 0), (2, 3)), ((0, 5), (9, 0)), ((0, -2), (2, 0))):
+        with pytest.raises(InputError, match="come to rest between"):
+            gs.Profile(profile, over="time").resolved(TRACK, 1.0)
+    assert gs.Profile(((0, 0), (2, 1), (4, 0)), over="time").resolved(TRACK, 1.0).holds_position
+    with pytest.raises(InputError, match="leave some of its period"):
+        gs.Profile(((0, 1), (6.2831, 2))).resolved(CIRCLE, 0.0)
+    for text in (((0, True),), (("0", "1"),)):
+        with pytest.raises(InputError, match="pairs of numbers"):
+            gs.Profile(text)

@@ -19,6 +19,7 @@ from gammastar.flight.sensors import SensorNoise
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
 from gammastar.law.design import Yaw
+from gammastar.law.reference import reference_given
 from gammastar.path import ParametricPath
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
@@ -86,7 +87,7 @@ def fly(
         if number(yaw_reference, "yaw reference") != 0:
             raise InputError("a flight has a heading or a yaw reference (got both); leave one of them out")
     if reference is not None:
-        instance(reference, AnyReference, "reference", "make one, such as gs.Speed(1.0)")
+        reference_given(reference)
     if (speed is None) == (reference is None):
         raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]

@@ -21,6 +21,7 @@ from gammastar.flight.sensors import measured
 from gammastar.law import Law, Reference, linearize
 from gammastar.law.approach import CAPTURE_RESIDUAL, CAPTURE_STEPS, floored
 from gammastar.law.design import Yaw
+from gammastar.law.heading import Heading, heading_key
 from gammastar.law.piecewise import DATA_SIZE
 from gammastar.law.reference import wanted
 from gammastar.path import ParametricPath
@@ -103,7 +104,8 @@ class ClosedLoop:
         """Return everything that enters the graph of `_core` as a constant."""
         reference = (self.reference.holds_position, self.reference.over_progress)
         timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noisy)
-        return ("step", self.law.signature, self.truth.signature, reference, self.yaw, timing)
+        yaw = heading_key(self.yaw) if isinstance(self.yaw, Heading) else self.yaw
+        return ("step", self.law.signature, self.truth.signature, reference, yaw, timing)
 
     def _core(self) -> Any:
         """Return the function (loop state, [time, noise, data of reference and path]) -> (next loop state, observation)."""
@@ -176,6 +178,7 @@ class ClosedLoop:
         candidate = law.path.track(state.position, ca.vertcat(parameter, data), CAPTURE_STEPS)
         entering, residual = self._entering(state, ca.vertcat(candidate, data))
         captured = ca.logic_and(entering > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
+        captured = ca.logic_and(captured, law.path.holds(candidate, data))
         still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
         return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
 
@@ -211,9 +214,7 @@ class ClosedLoop:
         tracked = path.track(after.position, ca.vertcat(euclidean[11], data))
         true_parameter = tracked
         if self.law.approach is not None:
-            sought = path.track(after.position, ca.vertcat(loop_state[TRUE_PARAMETER], data))
-            true_parameter = ca.if_else(waiting, sought, tracked)
-            tracked = ca.if_else(waiting, parameter, tracked)
+            true_parameter = tracked = ca.if_else(waiting, parameter, tracked)
         loop_after = ca.vertcat(join(after), tracked, true_parameter, decisions[0].input, waiting)
         return loop_after, decisions[0], parameter, waiting
 
@@ -241,7 +242,7 @@ class ClosedLoop:
         foot = ca.if_else(
             ca.logic_and(loop_state[WAITING], ca.logic_not(waiting)), parameter, loop_state[TRUE_PARAMETER]
         )
-        true_parameter = path.track(vector[:3], ca.vertcat(foot, data))
+        true_parameter = ca.if_else(waiting, parameter, path.track(vector[:3], ca.vertcat(foot, data)))
         return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, parameter, waiting
 
     def _moved(self, vehicle: Vehicle, state: StateGraph, control: Any, time: Any, step: float) -> StateGraph:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gammastar.checks import instance, number
+from gammastar.checks import instance, number, shortened
 from gammastar.errors import InputError
 from gammastar.law import AnyReference, Law
+from gammastar.law.reference import reference_given
 from gammastar.path import Path
 
 
@@ -31,7 +32,7 @@ class Replacement:
         number(self.time, "time of a replacement [s]", above=0)
         instance(self.path, Path, "path of a replacement", "make one with gs.paths, such as gs.paths.circle()")
         if self.reference is not None:
-            instance(self.reference, AnyReference, "reference of a replacement", "make one, such as gs.law.Speed(1.0)")
+            reference_given(self.reference)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +52,14 @@ def phases_of(
     Raises:
         InputError: The replacements are no list of them, not in the order of time, or one comes after the end.
     """
+    if isinstance(replacements, Replacement) or not isinstance(replacements, Iterable):
+        raise InputError(
+            f"replacements must be a list (got {shortened(replacements)}); write [gs.Replacement(time, path)]"
+        )
     phases = [Phase(0, law, reference)]
     for replacement in replacements:
         instance(replacement, Replacement, "each of the replacements", "make one with gs.Replacement(time, path)")
-        row = int(np.ceil(min(replacement.time / interval - 1e-6, steps + 1.0)))
+        row = max(1, int(np.ceil(min(replacement.time / interval - 1e-6, steps + 1.0))))
         if row > steps:
             raise InputError(
                 f"a replacement must come before the end of the flight (got {replacement.time:g} s of {steps * interval:g} s); "

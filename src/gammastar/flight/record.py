@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gammastar import so3
-from gammastar.errors import PredictionError
+from gammastar.errors import InputError, PredictionError
 from gammastar.vehicle.state import NAMES
 
 if TYPE_CHECKING:
@@ -106,7 +106,15 @@ class FlightRecord:
 
     @functools.cached_property
     def prediction(self) -> Prediction:
-        """Return the closed-form flight of the believed vehicle at the recorded times."""
+        """Return the closed-form flight of the believed vehicle at the recorded times.
+
+        Raises:
+            InputError: The path was replaced on the way: no single closed form holds.
+        """
+        if len(self.phases) > 1:
+            raise InputError(
+                f"a flight with a closed form must follow one path (got {len(self.phases)}); predict each phase with its own law"
+            )
         return self.law.predict(self.start, self.reference, self.time, self.yaw_reference)
 
     def flips(self) -> int:
@@ -226,14 +234,20 @@ def _predicted_settling(record: FlightRecord) -> float:
         return np.inf
     if first > 0:
         chains = record.law.decay(record.transverse_state[first], record.time[first:] - record.time[first])
-    elif record.law.path.components == 2:  # xi is not the distance
+    elif record.law.path.components == 2 or record.law.path.ends is not None:  # xi is not the distance
         try:
             return record.prediction.settling_time(tolerance)
         except PredictionError:
             return np.inf
     else:
         chains, _ = record.law.predict_chains(record.start, record.reference, record.time)
-    outside = np.flatnonzero(np.linalg.norm(chains[:, :, 0], axis=1) > tolerance)
+    far = np.linalg.norm(chains[:, :, 0], axis=1) > tolerance
+    path = record.phases[-1].law.path
+    if path.ends is not None:  # beyond an end the vehicle is not on the path, however small xi is
+        place = record.tangential_state[first:, 0]
+        slack = tolerance / np.linalg.norm(path.jets(np.array(path.ends))[:, 1], axis=1).max()
+        far |= (place < path.ends[0] - slack) | (place > path.ends[1] + slack)
+    outside = np.flatnonzero(far)
     after = first + (outside[-1] + 1 if outside.size else 0)
     return float(record.time[after]) if after < len(record.time) else np.inf
 

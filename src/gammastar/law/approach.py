@@ -2,9 +2,10 @@
 
 Near the path none of the three acts, and the closed loop is exactly linear; a flight in which one did is marked in its record.
 
-* The first transverse error is cut to a length e_max before it is fed back.  Far away the vehicle then comes at no more than
-  k_1 e_max / k_2, and the loop stays stable: the cut is a sector nonlinearity in [0, 1], and for the default poles the real part
-  of the loop's frequency response stays above -3/8 (circle criterion).
+* The first transverse error e is cut to a length e_max before it is fed back, and the speed along the path is asked for in the
+  share e_max / |e|.  Far away the vehicle then comes at no more than k_1 e_max / k_2, beside what is left along the path, and the
+  loop stays stable: the cut is a sector nonlinearity in [0, 1], and for the default poles the real part of the loop's frequency
+  response stays above -3/8 (circle criterion).
 * Near focal points the projection is not unique.  There the law holds a point of the path as a fixed target, which waits until
   the vehicle is inside the tube; entering and leaving have different margins, so the two modes do not chatter.  A vehicle that
   crosses the tube is not inside it: what counts on entering is the margin less what the velocity across the path may still take.
@@ -41,10 +42,12 @@ class Approach:
     enter: float = 0.6  # ... until the margin, less what the motion across may still take, is above this one
 
     def __post_init__(self) -> None:
-        number(self.speed, "approach speed [m/s]", above=0)
+        object.__setattr__(self, "speed", number(self.speed, "approach speed [m/s]", above=0))
         if self.thrust_floor is not None:
-            number(self.thrust_floor, "thrust floor [N]", above=0)
+            object.__setattr__(self, "thrust_floor", number(self.thrust_floor, "thrust floor [N]", above=0))
         leave, enter = number(self.leave, "leave"), number(self.enter, "enter")
+        object.__setattr__(self, "leave", leave)
+        object.__setattr__(self, "enter", enter)
         if not 0 < leave < enter < 1:
             raise InputError(
                 f"margins must satisfy 0 < leave < enter < 1 (got {leave:g} and {enter:g}); keep them apart"
@@ -67,6 +70,14 @@ def bounded(error: Any, limit: Any) -> Any:
     """Graph: return an error vector cut to a length."""
     length = ca.norm_2(error)
     return error * ca.if_else(length > limit, limit / ca.fmax(length, limit), 1)
+
+
+def slowed(error: Any, limit: Any) -> Any:
+    """Graph: return the share of the speed along the path that is asked for at an error vector: 1 within a length, less beyond.
+
+    The nearest point at a given speed carries a vehicle n radii away along at n times that speed.
+    """
+    return limit / ca.fmax(ca.norm_2(error), limit)
 
 
 def floored(state: StateGraph, control: Any, floor: float) -> Any:

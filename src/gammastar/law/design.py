@@ -13,12 +13,12 @@ import numpy as np
 from gammastar import engine
 from gammastar.checks import instance, number, shape_of, shortened
 from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
-from gammastar.law.approach import Approach, bounded
+from gammastar.law.approach import Approach, bounded, slowed
 from gammastar.law.gains import chain_poles, gains_from_poles, without_slowest
 from gammastar.law.heading import Heading
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
 from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
-from gammastar.law.reference import AnyReference
+from gammastar.law.reference import AnyReference, reference_given
 from gammastar.path import Path
 from gammastar.vehicle import State, StateGraph, Vehicle, split
 
@@ -63,7 +63,13 @@ class Law:
     def signature(self) -> tuple[Any, ...]:
         """Return what names the law's graph: laws with one signature differ in their path's data alone."""
         chains = tuple((chain, *gains.tolist()) for chain, gains in self.gains.items())
-        return self.vehicle.signature, self.path.graph_key, chains, self.yaw_output, self.approach
+        return self.vehicle.signature, self.path.graph_key, chains, self._yaw_output_key, self.approach
+
+    @property
+    def _yaw_output_key(self) -> str:
+        """The graph of beta as text: a function over changed data is another one, however equal the objects are."""
+        symbol = ca.SX.sym("yaw_rate")
+        return str(ca.Function("beta", [symbol], [ca.SX(self.yaw_output(symbol))]).serialize())
 
     def control(self, state: StateGraph, place: Any, reference: Any, yaw: Any, holds_position: bool) -> Control:
         """Graph: return the input at a state.
@@ -80,6 +86,8 @@ class Law:
         outputs = linearization.outputs
         if callable(reference):
             reference = reference(outputs.tangential)
+        if self.approach is not None:
+            reference = ca.vertcat(reference[0], slowed(outputs.transverse[:, 0], self.longest_error) * reference[1:])
         transverse, error = outputs.transverse, outputs.tangential - reference[:4]
         if self.approach is not None:
             transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
@@ -138,10 +146,12 @@ class Law:
             SingularStartError: The law has no input at the start.
             InputError: Times not increasing or negative.
         """
+        instance(start, State, "start", "make one with gs.State(position)")
+        reference_given(reference)
         initial = self._initial(start)
         fixed = reference.resolved(self.path, initial.parameter)
         gains = self.gains | {"tangential": self.tangential_gains(fixed.holds_position)}
-        constant = number(yaw_reference, "yaw reference") if isinstance(yaw_reference, (int, float)) else None
+        constant = None if isinstance(yaw_reference, Heading) else number(yaw_reference, "yaw reference")
         return predict(self.vehicle, self.path, gains, initial, fixed, constant, times)
 
     def predict_chains(self, start: State, reference: AnyReference, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -206,7 +216,7 @@ class Law:
     def _numbers(self) -> Any:
         """The function (state, place) -> D, xi, eta with yaw output, mu, focal margin, slope of beta."""
         return engine.compiled(
-            ("numbers", self.vehicle.signature, self.path.graph_key, self.yaw_output), self._build_numbers
+            ("numbers", self.vehicle.signature, self.path.graph_key, self._yaw_output_key), self._build_numbers
         )
 
     def _build_numbers(self) -> Any:

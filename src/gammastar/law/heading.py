@@ -10,6 +10,7 @@ where h is along b3, the second term is cut smoothly and the nose is free.  Oppo
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -41,7 +42,7 @@ class Azimuth:
     gain: float = 2.0  # [1/s] at which the nose turns in
 
     def __post_init__(self) -> None:
-        number(self.gain, "heading gain [1/s]", above=0)
+        object.__setattr__(self, "gain", number(self.gain, "heading gain [1/s]", above=0))
         object.__setattr__(self, "direction", tuple(direction(self.direction, "heading direction")))
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
@@ -56,7 +57,7 @@ class Along:
     gain: float = 2.0  # [1/s] at which the nose turns in
 
     def __post_init__(self) -> None:
-        number(self.gain, "heading gain [1/s]", above=0)
+        object.__setattr__(self, "gain", number(self.gain, "heading gain [1/s]", above=0))
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
         """Graph: return the yaw rate that turns the nose along the tangent and follows it."""
@@ -77,7 +78,7 @@ class Towards:
     gain: float = 2.0  # [1/s] at which the nose turns in
 
     def __post_init__(self) -> None:
-        number(self.gain, "heading gain [1/s]", above=0)
+        object.__setattr__(self, "gain", number(self.gain, "heading gain [1/s]", above=0))
         object.__setattr__(self, "point", tuple(array(self.point, "heading point [m]", (3,))))
 
     def yaw_rate(self, path: Path, state: StateGraph, place: Any, parameter_rate: Any) -> tuple[Any, Any]:
@@ -87,6 +88,11 @@ class Towards:
         sight = line / length
         turning = -(state.velocity - sight * ca.dot(sight, state.velocity)) / length
         return _turning(state, sight, turning, self.gain)
+
+
+def heading_key(heading: Heading) -> Hashable:
+    """Return what names a heading's graph: its numbers, for one of these classes; for one of a user's own, nothing else has its name."""
+    return heading if type(heading) in (Azimuth, Along, Towards) else object()
 
 
 def _turning(state: StateGraph, wanted: Any, wanted_rate: Any, gain: float) -> tuple[Any, Any]:

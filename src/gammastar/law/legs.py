@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,17 @@ from gammastar.law.reference import CHANGE_TIME, Reference, require_on
 from gammastar.law.schedule import Change, change_time, scheduled, to_a_stop
 from gammastar.path import Path
 
+AT_GOAL = 1e-9  # of a period
+
 
 @dataclass(frozen=True)
 class Leg:
     """One part of a schedule: go to a coordinate at a speed and hold there, or go on at a speed without end."""
 
     speed: float  # [path parameter per second]; its sign is the direction
-    to: float | None = None  # path parameter; on a closed path the next time it comes in the direction of flight
+    to: float | None = (
+        None  # path parameter; on a closed path the next time it comes in the direction of flight, at once if it is there
+    )
     hold: float = 0.0  # [s] at rest after arriving
     laps: int = 0  # whole periods of a closed path flown before arriving
 
@@ -50,11 +55,12 @@ class Legs:
 
     def __post_init__(self) -> None:
         change_time(self.change_time, "change time [s]")
-        if isinstance(self.legs, Leg) or not all(isinstance(leg, Leg) for leg in self.legs):
+        legs = tuple(self.legs) if isinstance(self.legs, Iterable) else (self.legs,)
+        if isinstance(self.legs, Leg) or not all(isinstance(leg, Leg) for leg in legs):
             raise InputError(
                 f"a schedule must be a list of Leg (got {shortened(self.legs)}); write Legs((Leg(1.0), ...))"
             )
-        object.__setattr__(self, "legs", tuple(self.legs))
+        object.__setattr__(self, "legs", legs)
         if not self.legs:
             raise InputError("a schedule needs at least one leg (got none); give one")
         for k, leg in enumerate(self.legs[:-1]):
@@ -97,7 +103,10 @@ def _end(path: Path, place: float, leg: Leg, index: int) -> float | None:
     require_on(path, leg.to, f"the end of leg {index + 1}")
     distance = (leg.to - place) * sense
     if path.period is not None:
-        distance = distance % path.period + leg.laps * path.period
+        distance %= path.period
+        if path.period - distance < AT_GOAL * path.period:  # there already, but for rounding
+            distance = 0.0
+        distance += leg.laps * path.period
     elif distance < 0:
         raise InputError(
             f"leg {index + 1} must go towards its end (got {leg.to:g} from {place:.4g} at speed {leg.speed:g}); turn its speed round"

@@ -27,6 +27,9 @@ class Piecewise:
     begins: np.ndarray  # (m,) growing, in units of the variable
     coefficients: np.ndarray  # (m, up to 9) of the powers 0, 1, ... of the variable less the begin
     period: float | None = None  # after which the pieces come again
+    backwards: bool = (
+        False  # whether the variable falls: the neighbour that goes with a piece is then the one before it
+    )
 
     def __post_init__(self) -> None:
         begins, coefficients = np.asarray(self.begins, dtype=float), np.asarray(self.coefficients, dtype=float)
@@ -46,27 +49,34 @@ class Piecewise:
         whole = (
             self.period * np.floor((values - self.begins[0]) / self.period) if self.period else np.zeros(len(values))
         )
-        index = np.clip(np.searchsorted(self.begins, values - whole, side="right") - 1, 0, len(self.begins) - 1)
-        data = self.rows[index].T
+        index = np.searchsorted(self.begins, values - whole, side="right") - 1 - self.backwards
+        if self.period:
+            whole = whole - self.period * (index < 0)
+        data = self.rows[index if self.period else np.clip(index, 0, len(self.begins) - 1)].T
         data[[0, ROW]] += whole
         return np.asarray(data)
 
     def lookup(self, value: Any) -> Any:
         """Graph (MX): return the data (20,) at a value of the variable, from a table bound as a constant."""
         whole = self.period * ca.floor((value - self.begins[0]) / self.period) if self.period else ca.MX(0)
-        index = ca.low(ca.DM(np.append(self.begins, np.inf)), value - whole)
+        index = ca.low(ca.DM(np.append(self.begins, np.inf)), value - whole) - self.backwards
+        if self.period:
+            whole = whole - self.period * (index < 0)
+            index = ca.if_else(index < 0, len(self.begins) - 1, index)
+        index = ca.fmax(index, 0)
         column = ca.MX(ca.DM(self.rows.T))[:, index]
         return ca.vertcat(column[0] + whole, column[1:ROW], column[ROW] + whole, column[ROW + 1 :])
 
     def moved(self, by: float) -> Piecewise:
         """Return the same function later in its variable."""
-        return Piecewise(self.begins + by, self.coefficients, self.period)
+        return Piecewise(self.begins + by, self.coefficients, self.period, self.backwards)
 
     def values(self, variables: np.ndarray, derivative: int = 0) -> np.ndarray:
         """Return the function or a derivative of it, (n,), at values (n,) of the variable."""
         data = self.data(np.asarray(variables, dtype=float))
         power = np.arange(derivative, DEGREE + 1)
         factors = np.prod([power - k for k in range(derivative)], axis=0) if derivative else np.ones(len(power))
+        data = np.where(variables >= data[ROW], data[ROW:], data[:ROW])
         steps = (variables - data[0])[:, None] ** (power - derivative)
         return np.asarray(np.sum(steps * factors * data[1 + power].T, axis=1))
 

@@ -26,6 +26,7 @@ LARGEST_MISS = (
 )
 
 
+LEAST_STEP = 0.02  # [s] that a speed over progress may always be integrated in
 NEWTON_GAP = 0.01  # [s] between two positions of an implicit path, each the guess for the next
 MOST_BETWEEN = 1_000_000  # of them in one gap
 ROUNDING = 1e-6  # of the gap, by which one may be longer without being split
@@ -177,17 +178,18 @@ def _progress(gains: np.ndarray, initial: Initial, reference: Reference, times: 
     The one quantity without a closed form, eta_1' = w(eta_1) + e(t), integrated to 12 digits with e known exactly.
     """
     from scipy.integrate import solve_ivp
-    from scipy.linalg import expm
 
     matrix = companion(gains)
     error = initial.tangential - reference.jets(np.zeros(1), initial.tangential[None])[0, :4]
     error[0] = 0.0
 
-    def rate(time: float, place: np.ndarray) -> np.ndarray:
-        return np.asarray(reference.pieces.values(place) + (expm(matrix * time) @ error)[1])
+    def rate(_: float, state: np.ndarray) -> np.ndarray:
+        return np.concatenate([reference.pieces.values(state[:1]) + state[2], matrix @ state[1:]])
 
+    start = np.concatenate([initial.tangential[:1], error])
+    widest = np.diff(reference.pieces.begins).min(initial=np.inf) / np.abs(reference.pieces.coefficients[:, 0]).max()
     solution = solve_ivp(
-        rate, (0.0, times[-1] + 1e-9), initial.tangential[:1], "DOP853", times, rtol=1e-12, atol=1e-12, max_step=0.1
+        rate, (0.0, times[-1] + 1e-9), start, "DOP853", times, rtol=1e-12, atol=1e-12, max_step=max(widest, LEAST_STEP)
     )
     return np.asarray(solution.y[0])
 

@@ -20,6 +20,9 @@ from gammastar.path import Path
 
 OVER = ("progress", "time")
 SHORTEST_STRETCH = 1e-6  # of progress, between two points
+SHORTEST_SEAM = 1e-3  # of the period, between the last point and the first one of the next round
+SAMPLES = 64  # of a change of speed over time, among which it may turn round
+SLACK = 1e-9  # of rounding at the ends
 REST = np.array([1.0, 0, 0, 0, -5, 6, -2, 0])  # from flat at 1 down to 0, with slope -2 and no bend there
 
 
@@ -45,6 +48,8 @@ class Profile:
         if self.over not in OVER:
             raise UnknownNameError("over", self.over, OVER)
         try:
+            if np.asarray(self.points).dtype.kind not in "if":
+                raise TypeError("text and truth values are no numbers")
             table = np.array(self.points, dtype=float)
         except (TypeError, ValueError) as error:
             raise InputError(
@@ -79,7 +84,9 @@ class Profile:
         if self.over == "time":
             steps = itertools.pairwise(table)
             changes = [Change(a[0], b[1] - a[1], b[0] - a[0]) for a, b in steps]
-            return Reference(scheduled(start, float(table[0, 1]), changes))
+            pieces = scheduled(start, float(table[0, 1]), changes)
+            _require_inside(path, pieces, table)
+            return Reference(pieces)
         return Reference(self._over_progress(path), holds_position=False, over_progress=True)
 
     def _over_progress(self, path: Path) -> Piecewise:
@@ -87,22 +94,23 @@ class Profile:
         table = np.array(self.points)
         for place in table[:, 0]:
             require_on(path, place, "a point of the profile")
-        last = table[0 if table[:, 1].sum() < 0 else -1]
+        backwards = bool(table[:, 1].sum() < 0)
+        last = table[0 if backwards else -1]
         if path.ends is not None and last[1] != 0:
             raise InputError(
                 f"on a path that ends, a speed over progress must end with zero (got {last[1]:g} at {last[0]:g}); "
                 "add a last point of speed 0 at or before the end"
             )
         if path.period is not None:
-            if last[1] == 0 or np.ptp(table[:, 0]) >= path.period:
+            if last[1] == 0 or path.period - np.ptp(table[:, 0]) < SHORTEST_SEAM * path.period:
                 raise InputError(
-                    f"a profile of a closed path must keep moving and lie within one period of {path.period:.6g} "
-                    f"(got {np.ptp(table[:, 0]):.6g}, and the speed {last[1]:g}); use Legs to stop"
+                    f"a profile of a closed path must keep moving and leave some of its period of {path.period:.6g} between its last "
+                    f"and its first point (got {np.ptp(table[:, 0]):.6g}, and the speed {last[1]:g}); use Legs to stop"
                 )
             table = np.vstack([table, table[0] + [path.period, 0]])
         rows = [_transition(a[1], b[1], b[0] - a[0]) for a, b in itertools.pairwise(table)]
         if path.period is not None:
-            return Piecewise(table[:-1, 0], np.stack(rows), path.period)
+            return Piecewise(table[:-1, 0], np.stack(rows), path.period, backwards)
         slopes = (
             [polyval(x, polyder(row)) for x, row in ((0.0, rows[0]), (np.diff(table[-2:, 0])[0], rows[-1]))]
             if rows
@@ -111,7 +119,22 @@ class Profile:
         before, after = np.zeros((2, DEGREE + 1))
         before[:2] = table[0, 1] - slopes[0], slopes[0]
         after[:2] = table[-1, 1], slopes[1]
-        return Piecewise(np.append(table[0, 0] - 1, table[:, 0]), np.stack([before, *rows, after]))
+        begins = np.append(table[0, 0] - 1, table[:, 0])
+        return Piecewise(begins, np.stack([before, *rows, after]), backwards=backwards)
+
+
+def _require_inside(path: Path, pieces: Piecewise, table: np.ndarray) -> None:
+    """Raise `InputError` when a schedule over time leaves a path that ends."""
+    if path.ends is None:
+        return
+    times = np.linspace(0, table[-1, 0], SAMPLES * len(table)) if table[-1, 0] > 0 else np.zeros(1)
+    places = pieces.values(times)
+    if table[-1, 1] != 0 or places.min() < path.ends[0] - SLACK or places.max() > path.ends[1] + SLACK:
+        low, high = path.ends
+        raise InputError(
+            f"on a path that ends, a profile over time must come to rest between {low:.6g} and {high:.6g} (got {places.min():.6g} to "
+            f"{places.max():.6g}, and the speed {table[-1, 1]:g} at last); slow it down in time"
+        )
 
 
 def _transition(first: float, second: float, length: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import casadi as ca
 import numpy as np
 
-from gammastar.checks import number, whole
+from gammastar.checks import number, shortened, whole
 from gammastar.errors import InputError
 from gammastar.law.piecewise import DATA_SIZE, Piecewise, evaluated
 from gammastar.law.schedule import Change, change_time, scheduled, to_a_stop
@@ -20,7 +20,10 @@ from gammastar.path import Path
 from gammastar.path.base import ORDER
 from gammastar.taylor import Series
 
-CHANGE_TIME = 1.0  # [s] from rest to a speed and back, where nothing else is said
+CHANGE_TIME = 1.0  # [s] from rest to a speed and back, where nothing else is said ...
+GENTLE = 2.0  # [m/s^2] ... and longer at the ends of a path, so that the speed changes by no more than this
+STEEPEST = 35 / 16  # largest slope of S
+PACE_SAMPLES = 257  # of a path, of its |sigma'|
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,12 @@ class AnyReference(Protocol):
         """Return the reference of a flight that starts at the path coordinate `start`."""
 
 
+def reference_given(value: object) -> None:
+    """Raise `InputError` unless a value is a reference; the class itself, without numbers, is none."""
+    if isinstance(value, type) or not isinstance(value, AnyReference):
+        raise InputError(f"reference must be one (got {shortened(value)}); make one, such as gs.Speed(1.0)")
+
+
 @dataclass(frozen=True)
 class Speed:
     """Constant speed along the path, eta_12^ref = speed, as in the paper's section VI; where on the path is left free.
@@ -89,7 +98,7 @@ class Speed:
         """Return the reference of a flight that starts at the path coordinate `start`."""
         if path.ends is None or self.speed == 0:
             return Reference(scheduled(start, self.speed), holds_position=False)
-        return Reference(scheduled(*to_a_stop(start, path.ends[self.speed > 0], self.speed, CHANGE_TIME)))
+        return Reference(scheduled(*to_a_stop(start, path.ends[self.speed > 0], self.speed, gentle(path, self.speed))))
 
 
 @dataclass(frozen=True)
@@ -117,7 +126,7 @@ class Ramp:
         distance = (end - start) * np.sign(self.speed)
         if distance <= 0:
             return Reference(scheduled(end, 0.0))
-        duration = min(CHANGE_TIME, 2 * distance / speed)
+        duration = min(gentle(path, speed), 2 * distance / speed)
         brake = Change(distance / speed - duration / 2, -self.speed, duration)
         return Reference(scheduled(start, self.speed, [brake]))
 
@@ -185,6 +194,12 @@ class Stop:
         """Return the reference of a flight that starts at the path coordinate `start`."""
         brake = Change(self.braking_start(path, start), -self.speed, self.braking_time)
         return Reference(scheduled(start, self.speed, [brake]))
+
+
+def gentle(path: Path, speed: float) -> float:
+    """Return the time [s] of a change from rest to a speed [path parameter/s], at least `CHANGE_TIME`, that stays gentle in metres."""
+    pace = np.linalg.norm(path.jets(np.linspace(*path.domain, PACE_SAMPLES))[:, 1], axis=1).max()
+    return max(CHANGE_TIME, STEEPEST * abs(speed) * float(pace) / GENTLE)
 
 
 def require_on(path: Path, coordinate: float, what: str) -> None:

@@ -72,6 +72,10 @@ class Path(ABC):
         """Graph (MX): return the path's data (data_size,) at a parameter."""
         return ca.MX(self.data_size, 1)
 
+    def holds(self, parameter: Any, data: Any) -> Any:
+        """Graph: return whether data looked up elsewhere are the path's own at a parameter; always, where it needs none."""
+        return ca.SX(1)
+
     @abstractmethod
     def outputs(self, position: Series, place: Any) -> PathOutputs:
         """Graph: return the outputs along a position series (value to jerk; higher coefficients are ignored)."""

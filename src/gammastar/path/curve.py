@@ -123,9 +123,11 @@ class ParametricPath(Path):
         return np.asarray(np.einsum("kia,kaj->kij", self.normals(parameters, reference), components))
 
     def distances(self, positions: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Return the distances (n,) [m] to the nearest points, polished from parameters (n,)."""
-        nearest = self._polished(positions, np.asarray(parameters, dtype=float), NEWTON_STEPS)
-        return np.asarray(np.linalg.norm(positions - self.points(nearest), axis=1))
+        """Return the distances (n,) [m] to the nearest points, polished from parameters (n,); of a path that ends, between its ends."""
+        feet = self._polished(positions, np.asarray(parameters, dtype=float), NEWTON_STEPS)
+        if self.ends is not None:
+            feet = np.clip(feet, *self.ends)
+        return np.asarray(np.linalg.norm(positions - self.points(feet), axis=1))
 
     def global_distances(self, positions: np.ndarray) -> np.ndarray:
         """Return the distances (n,) [m] to the nearest points of the whole domain, wherever they are."""

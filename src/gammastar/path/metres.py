@@ -20,6 +20,7 @@ from gammastar.errors import InputError, PathError
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
 from gammastar.path.jet import Jet
+from gammastar.path.waypoints import ENDLESS, OUTSIDE
 from gammastar.taylor import Series
 
 POWERS = 8  # coefficients of a polynomial of degree seven
@@ -44,7 +45,7 @@ class MetricPath(ParametricPath):
             "period": length if closed else None,
             "ends": None if closed else (0.0, length),
             "plane_normal": self.inner.plane_normal,
-            "data_size": 1 + POWERS + self.inner.data_size,
+            "data_size": 2 + POWERS + self.inner.data_size,
         }.items():
             object.__setattr__(self, name, value)
 
@@ -59,12 +60,12 @@ class MetricPath(ParametricPath):
         return self.inner.arc_length(self.inner.knots) if len(self.inner.knots) else np.empty(0)
 
     def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
-        """Graph: return (sigma, ..., sigma^(order)) by arc length at a place: metres, polynomial of lambda(s), data below."""
+        """Graph: return (sigma, ..., sigma^(order)) by arc length at a place: metres, then what `data` returns."""
         step = Series((place[0] - place[1], ca.SX(1), *(ca.SX(0) for _ in range(order - 1))))
         parameter = Series.constant(place[1 + POWERS], order)
         for coefficient in reversed(ca.vertsplit(place[2 : 1 + POWERS])):
             parameter = parameter * step + Series.constant(coefficient, order)
-        inner = self.inner.jet(ca.vertcat(parameter.coefficients[0], place[2 + POWERS :]), order)
+        inner = self.inner.jet(ca.vertcat(parameter.coefficients[0], place[3 + POWERS :]), order)
         change = Series((ca.SX(0), *parameter.coefficients[1:]))
         result = Series.constant(inner[order] / math.factorial(order), order)
         for k in reversed(range(order)):
@@ -79,36 +80,43 @@ class MetricPath(ParametricPath):
         return np.asarray(rows.reshape(3, len(wanted), -1).transpose(1, 2, 0)[:, : order + 1])
 
     def data(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the data at parameters (n,): where the polynomial of lambda(s) begins, its coefficients, the data below."""
+        """Return the data at parameters (n,): begin, coefficients and length of the polynomial of lambda(s), the data below."""
         wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
         rounds = np.floor(wanted / self.period) if self.period else np.zeros(len(wanted))
-        begin, rows = self._table
+        begin, rows, lengths = self._table
         segment = np.clip(
             np.searchsorted(begin, wanted - rounds * (self.period or 0), side="right") - 1, 0, len(begin) - 1
         )
         begins, coefficients = begin[segment] + rounds * (self.period or 0), rows[segment].copy()
         coefficients[:, 0] += rounds * (self.inner.period or 0)
         below = np.sum(coefficients * (wanted - begins)[:, None] ** np.arange(POWERS), axis=1)
-        return np.vstack([begins, coefficients.T, self.inner.data(below)])
+        return np.vstack([begins, coefficients.T, lengths[segment], self.inner.data(below)])
 
     def lookup(self, parameter: Any) -> Any:
         """Graph (MX): return the data at a parameter, from a table bound as a constant."""
         rounds = ca.floor(parameter / self.period) if self.period else ca.MX(0)
-        begin, rows = self._table
+        begin, rows, lengths = self._table
         local = parameter - rounds * (self.period or 0)
         segment = ca.low(ca.DM(np.append(begin, np.inf)), local)
-        column = ca.MX(ca.DM(np.column_stack([begin, rows]).T))[:, segment]
+        column = ca.MX(ca.DM(np.column_stack([begin, rows, lengths]).T))[:, segment]
         step, below = local - column[0], rounds * (self.inner.period or 0)
         for k in range(POWERS):
             below = below + column[1 + k] * step**k
         start, first = column[0] + rounds * (self.period or 0), column[1] + rounds * (self.inner.period or 0)
         return ca.vertcat(start, first, column[2:], self.inner.lookup(below))
 
+    def holds(self, parameter: Any, data: Any) -> Any:
+        """Graph: return whether data looked up elsewhere are the path's own at a parameter, here and below."""
+        step, length = parameter - data[0], data[1 + POWERS]
+        inside = ca.logic_and(step > -OUTSIDE * length, step < (1 + OUTSIDE) * length)
+        below = ca.dot(data[1 : 1 + POWERS], ca.vertcat(*(step**k for k in range(POWERS))))
+        return ca.logic_and(inside, self.inner.holds(below, data[2 + POWERS :]))
+
     @functools.cached_property
-    def _table(self) -> tuple[np.ndarray, np.ndarray]:
-        """Begins (m,) and coefficients (m, 8) of lambda(s); an open path goes on at the pace it has at the ends of the fit."""
+    def _table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Begins (m,), coefficients (m, 8) and lengths (m,) of lambda(s); an open path goes on at the pace of the ends of the fit."""
         if self.period is not None:
-            return self.knots_m[:-1], self.coefficients
+            return self.knots_m[:-1], self.coefficients, np.diff(self.knots_m)
         step = self.knots_m[-1] - self.knots_m[-2]
         powers = np.arange(POWERS)
         last, slope = (
@@ -119,7 +127,7 @@ class MetricPath(ParametricPath):
         before[0, :2] = self.coefficients[0, 0] - self.coefficients[0, 1], self.coefficients[0, 1]
         before[1, :2] = last, slope
         begins = np.concatenate([[self.knots_m[0] - 1], self.knots_m])
-        return begins, np.vstack([before[:1], self.coefficients, before[1:]])
+        return begins, np.vstack([before[:1], self.coefficients, before[1:]]), np.append(np.diff(begins), ENDLESS)
 
     @functools.cached_property
     def _fast_sampler(self) -> Any:

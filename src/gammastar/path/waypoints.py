@@ -28,6 +28,10 @@ from gammastar.path.regularity import check_regular
 from gammastar.path.spline import Spline
 
 POWERS = 8  # coefficients of a polynomial of degree seven
+ENDLESS = 1e300
+OUTSIDE = (
+    0.02  # of a segment, by which its polynomial is still the path: neighbours differ by the seventh power of that
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class WaypointPath(ParametricPath):
     name: str = "waypoints"
 
     plane_normal = None
-    data_size = 1 + 3 * POWERS  # where the segment begins, and its coefficients, axis by axis
+    data_size = 2 + 3 * POWERS  # where the segment begins, its coefficients, axis by axis, and how long it is
 
     def __post_init__(self) -> None:
         low, high = float(self.spline.knots[0]), float(self.spline.knots[-1])
@@ -62,9 +66,15 @@ class WaypointPath(ParametricPath):
         """Return the parameters (m + 1,) at which segments meet: where a report looks for what is not smooth."""
         return self.spline.knots
 
+    @functools.cached_property
+    def _lengths(self) -> np.ndarray:
+        """How far the parameter runs in each segment (m,); the last one of an open path goes on for good."""
+        lengths = np.diff(self._table.knots)
+        return lengths if self.spline.closed else np.append(lengths[:-1], ENDLESS)
+
     def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
         """Graph: return (sigma, ..., sigma^(order)) at a place: parameter, begin of the segment, coefficients."""
-        step, rows = place[0] - place[1], ca.reshape(place[2:], POWERS, 3).T
+        step, rows = place[0] - place[1], ca.reshape(place[2 : 2 + 3 * POWERS], POWERS, 3).T
         return tuple(_horner(rows, step, k) for k in range(order + 1))
 
     def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
@@ -74,17 +84,22 @@ class WaypointPath(ParametricPath):
         rows, step = self._table.coefficients[segment], (wanted - begin)[:, None]
         return np.stack([_horner(np.moveaxis(rows, -1, 0), step, k) for k in range(order + 1)], axis=1)
 
+    def holds(self, parameter: Any, data: Any) -> Any:
+        """Graph: return whether a parameter lies in the segment whose data these are, or so little outside that it does not matter."""
+        slack, step = OUTSIDE * data[-1], parameter - data[0]
+        return ca.logic_and(step > -slack, step < data[-1] + slack)
+
     def data(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the data (25, n) of the segments that hold parameters (n,)."""
+        """Return the data (26, n) of the segments that hold parameters (n,)."""
         segment, begin = self._segments(np.atleast_1d(np.asarray(parameters, dtype=float)))
-        return np.vstack([begin, self._table.coefficients[segment].reshape(len(segment), -1).T])
+        return np.vstack([begin, self._table.coefficients[segment].reshape(len(segment), -1).T, self._lengths[segment]])
 
     def lookup(self, parameter: Any) -> Any:
-        """Graph (MX): return the data (25,) of the segment that holds a parameter, from a table bound as a constant."""
+        """Graph (MX): return the data (26,) of the segment that holds a parameter, from a table bound as a constant."""
         knots = self._table.knots
         whole = self.period * ca.floor((parameter - knots[0]) / self.period) if self.period else ca.MX(0)
         segment = ca.low(ca.DM(knots), parameter - whole)
-        table = ca.DM(np.vstack([knots[:-1], self._table.coefficients.reshape(len(knots) - 1, -1).T]))
+        table = ca.DM(np.vstack([knots[:-1], self._table.coefficients.reshape(len(knots) - 1, -1).T, self._lengths]))
         column = ca.MX(table)[:, segment]
         return ca.vertcat(column[0] + whole, column[1:])
 
