@@ -137,5 +137,5 @@ def test_a_profile_that_leaves_a_path_or_jumps_at_its_seam_is_refused() -> None:
     with pytest.raises(InputError, match="leave some of its period"):
         gs.Profile(((0, 1), (6.2831, 2))).resolved(CIRCLE, 0.0)
     for text in (((0, True),), (("0", "1"),)):
-        with pytest.raises(InputError, match="pairs of numbers"):
+        with pytest.raises(InputError, match="must be a number"):
             gs.Profile(text)

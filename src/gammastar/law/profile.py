@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike
 
-from gammastar.checks import shortened
+from gammastar.checks import number, shortened
 from gammastar.errors import InputError, UnknownNameError
 from gammastar.law.piecewise import DEGREE, Piecewise
 from gammastar.law.reference import Reference, require_on
@@ -48,9 +48,10 @@ class Profile:
         if self.over not in OVER:
             raise UnknownNameError("over", self.over, OVER)
         try:
-            if np.asarray(self.points).dtype.kind not in "if":
-                raise TypeError("text and truth values are no numbers")
-            table = np.array(self.points, dtype=float)
+            rows = [[number(value, "each number of a profile") for value in pair] for pair in self.points]  # type: ignore[union-attr]
+            table = np.array(rows, dtype=float)
+        except InputError:
+            raise
         except (TypeError, ValueError) as error:
             raise InputError(
                 f"a profile must be pairs of numbers (got {shortened(self.points)}); give [place, speed] pairs"
