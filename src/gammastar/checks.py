@@ -75,6 +75,19 @@ def magnitudes(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarra
     return result
 
 
+def row(value: ArrayLike, name: str) -> np.ndarray:
+    """Return finite floats (n,) from one number or a row of them, or raise `ShapeError` naming it."""
+    shape = shape_of(value)
+    return array(np.repeat(value, 1) if shape == () else value, name, shape[:1] if shape else (1,))
+
+
+def truth(value: object, name: str) -> bool:
+    """Return a truth value, or raise `InputError` naming it: a text such as 'no' would count as true."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} must be True or False (got {shortened(value)}); give one of the two")
+    return bool(value)
+
+
 def three(value: ArrayLike, name: str) -> np.ndarray:
     """Return a finite float array (3,) from one number for all axes or from three, or raise `ShapeError` naming it."""
     return array(np.repeat(value, 3) if shape_of(value) == () else value, name, (3,))

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from gammastar.path import Curve
+from gammastar.path import Curve, Path
 from gammastar.vehicle import Vehicle
 
 TURN = 2 * np.pi
@@ -82,6 +82,9 @@ class Waypoints:
     def jets(self, parameters: np.ndarray) -> np.ndarray:
         inside = np.mod(parameters, self.period)
         return np.stack([derivative(inside) for derivative in self._derivatives], axis=1)
+
+
+Path.register(Waypoints)  # certified by what it has, like any other path
 
 
 class Harmonics:

@@ -23,7 +23,7 @@ from gammastar.certificate.motion import (
 from gammastar.certificate.scan import Interval
 from gammastar.certificate.search import Extreme, Quantity, extremes, negative_stretches
 from gammastar.certificate.speeds import Limits, allowed_speeds
-from gammastar.checks import number
+from gammastar.checks import instance, number
 from gammastar.errors import UnknownNameError
 from gammastar.frames import check_frame, convert_vector
 from gammastar.path import Path
@@ -91,12 +91,15 @@ def certify(
         frame: 'ned' or 'enu', in which rows and sentences name points; vehicle and path are in `ned` all the same.
 
     Raises:
-        InputError: A speed that is no number.
+        InputError: No vehicle, no path or no limits where one belongs, or a speed that is no number.
         UnknownNameError: Another unit of progress, or another frame.
         PathError: The path has no finite jets.
     """
     check_frame(frame)
-    speed, limits = number(speed, "speed"), limits or Limits()
+    instance(vehicle, Vehicle, "vehicle", "make one with Vehicle(...)")
+    instance(path, Path, "path", "make one with gs.paths, gs.waypoints or gs.Curve")
+    speed, limits = number(speed, "speed"), Limits() if limits is None else limits
+    instance(limits, Limits, "limits", "make them with Limits(...)")
     if progress not in list(Progress):
         raise UnknownNameError("progress", progress, [str(each) for each in Progress])
     progress, samples, findings = Progress(progress), sample(path), _Findings(frame)

@@ -24,6 +24,7 @@ CHANGE_TIME = 1.0  # [s] from rest to a speed and back, where nothing else is sa
 GENTLE = 2.0  # [m/s^2] ... and longer at the ends of a path, so that the speed changes by no more than this
 STEEPEST = 35 / 16  # largest slope of S
 PACE_SAMPLES = 257  # of a path, of its |sigma'|
+COARSE = 1e-9  # of a period: a coordinate known no better than this names no place of a closed path
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +149,11 @@ class Point:
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
         require_on(path, self.coordinate, "a point")
+        if path.period is not None and np.spacing(abs(self.coordinate)) > COARSE * path.period:
+            raise InputError(
+                f"a point must name a place of the path to {COARSE:g} of its period {path.period:.6g} (got {self.coordinate:g}, which "
+                "rounding leaves open); take off whole periods"
+            )
         return Reference(scheduled(path.nearest_turn(self.coordinate, start), 0.0))
 
 

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import magnitudes
+from gammastar.checks import magnitudes, number, row
 from gammastar.errors import PathError
 from gammastar.path.arc_length import ArcLength
 from gammastar.taylor import Series
@@ -126,8 +126,9 @@ class Path(ABC):
     def length(self, first: float | None = None, last: float | None = None) -> float:
         """Return the length [m] between two parameters, by default of the whole domain: one round of a closed path."""
         low, high = self.domain
-        ends = np.array([low if first is None else first, high if last is None else last], dtype=float)
-        return float(np.diff(self.arc_length(ends))[0])
+        first = low if first is None else number(first, "first [path parameter]")
+        last = high if last is None else number(last, "last [path parameter]")
+        return float(np.diff(self.arc_length([first, last]))[0])
 
     def arc_length(self, parameters: ArrayLike) -> np.ndarray:
         """Return the arc length (n,) [m] from the start of the domain to parameters (n,), negative before it.
@@ -135,17 +136,19 @@ class Path(ABC):
         A closed path counts every round.  Relative error below 1e-9, of a path that its jets resolve.
 
         Raises:
+            ShapeError: The parameters are no finite numbers.
             PathError: The path has no finite speed there, or pi does not get there.
         """
-        return self._arc_length.at(np.atleast_1d(np.asarray(parameters, dtype=float)))
+        return self._arc_length.at(row(parameters, "parameters"))
 
     def at_length(self, lengths: ArrayLike) -> np.ndarray:
         """Return the parameters (n,) at arc lengths (n,) [m] from the start of the domain, the inverse of `arc_length`.
 
         Raises:
+            ShapeError: The lengths are no finite numbers.
             PathError: The path is not as long.
         """
-        return self._arc_length.parameters(np.atleast_1d(np.asarray(lengths, dtype=float)))
+        return self._arc_length.parameters(row(lengths, "lengths [m]"))
 
     @functools.cached_property
     def _arc_length(self) -> ArcLength:
@@ -164,9 +167,9 @@ class Path(ABC):
         return parameter if self.period is None else parameter + self.period * round((near - parameter) / self.period)
 
 
-def interval(domain: Any, name: str) -> tuple[float, float]:
-    """Return the domain of a path as two increasing numbers."""
-    low, high = magnitudes(domain, f"domain of {name}", (2,))
+def interval(given: Any, name: str) -> tuple[float, float]:
+    """Return the domain or the ends of a path as two increasing numbers."""
+    low, high = magnitudes(given, name, (2,))
     if not low < high:
-        raise PathError(f"the domain of {name} must be an interval (got {low:g} to {high:g}); give low < high")
+        raise PathError(f"the {name} must be an interval (got {low:g} to {high:g}); give low < high")
     return float(low), float(high)

@@ -24,6 +24,7 @@ from gammastar.path.smoothness import may_bend
 from gammastar.path.symbols import called, scalars
 from gammastar.taylor import Series
 
+DOMAIN = (-10.0, 10.0)  # where an open curve is looked at, if nothing else is said
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
 GLOBAL_POINTS = 4096  # samples of the domain among which a nearest point is sought first
 SMALLEST_SLOPE = 1e-3  # of the tracking equation, relative: inside the focal set Newton would run to the farthest point
@@ -170,7 +171,7 @@ class Curve(ParametricPath):
     period: float | None = None  # of the parameter, for a closed curve
     name: str = "curve"
     plane_normal: tuple[float, float, float] | None = None
-    domain: tuple[float, float] = (-10.0, 10.0)
+    domain: tuple[float, float] = DOMAIN
     ends: tuple[float, float] | None = None  # of an open curve that a flight does not leave: it stops there
 
     def __post_init__(self) -> None:
@@ -180,9 +181,9 @@ class Curve(ParametricPath):
         if self.ends is not None:
             if self.period is not None:
                 raise PathError(f"{self.name} must be closed or end (got a period and ends); leave one of them out")
-            object.__setattr__(self, "ends", interval(self.ends, self.name))
+            object.__setattr__(self, "ends", interval(self.ends, f"ends of {self.name}"))
             object.__setattr__(self, "domain", self.ends)
-        object.__setattr__(self, "domain", interval(self.domain, self.name))
+        object.__setattr__(self, "domain", interval(self.domain, f"domain of {self.name}"))
         if self.plane_normal is not None:
             object.__setattr__(self, "plane_normal", tuple(direction(self.plane_normal, "plane_normal")))
         self._check()

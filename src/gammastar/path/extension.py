@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from gammastar.checks import magnitude
+from gammastar.checks import magnitude, shortened
 from gammastar.errors import InputError, PathError
 from gammastar.path.interpolation import STANDSTILL
 from gammastar.path.spline import DEGREE, SMOOTH, Spline, derivatives
@@ -42,6 +42,10 @@ def extended(spline: Spline, before: float = 0.0, after: float = 0.0, blend: flo
     if spline.closed:
         raise InputError("only an open path is extended (got a closed one); leave the extension out")
     before, after = magnitude(before, "before [m]", at_least=0), magnitude(after, "after [m]", at_least=0)
+    if blend is not None and before == after == 0:
+        raise InputError(
+            f"blend needs an extension (got {shortened(blend)} m, and nothing before or after); give before or after"
+        )
     knots, coefficients = [spline.knots], [spline.coefficients]
     if after > 0:
         steps, pieces = _continued(spline, after, blend, 1)

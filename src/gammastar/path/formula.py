@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.checks import shortened
 from gammastar.errors import InputError, ShapeError
-from gammastar.path.curve import Curve
+from gammastar.path.curve import DOMAIN, Curve
 from gammastar.path.expression import Expression, value_of
 from gammastar.path.implicit import ImplicitPath
 
@@ -23,7 +23,7 @@ def curve_from_formula(
     z: float | str,
     parameter: str = "lambda",
     period: float | str | None = None,
-    domain: ArrayLike | tuple[float | str, float | str] = (-10.0, 10.0),
+    domain: ArrayLike | tuple[float | str, float | str] | None = None,
     ends: ArrayLike | tuple[float | str, float | str] | None = None,
     constants: Mapping[str, float | str] | None = None,
     name: str = "formula",
@@ -36,11 +36,15 @@ def curve_from_formula(
         z: Likewise; the third axis points down.
         parameter: What the formulas call the parameter; λ is the same as lambda.
         period: Of the parameter, for a closed curve; a number or a formula without variables, such as '2*pi'.
-        domain: (2,) where an open curve is checked, searched first, and drawn; likewise numbers or formulas.
+        domain: (2,) where an open curve is checked, searched first, and drawn, by default -10 to 10; numbers or formulas.
         ends: (2,) of an open curve that ends, in place of its domain: a flight stops there; likewise.
         constants: Further names that the formulas may use, with their values; likewise.
         name: How messages call the curve.
     """
+    if domain is not None and ends is not None:
+        raise InputError(
+            f"{name} must have a domain or ends (got {shortened(domain)} and {shortened(ends)}); give one of them"
+        )
     values = _constants(constants, name)
     coordinates = [
         Expression(_as_text(text), (parameter,), values, f"{axis} of {name}")
@@ -50,8 +54,8 @@ def curve_from_formula(
         functools.partial(_point, coordinates),
         period=_period(period, values, name),
         name=name,
-        domain=_domain(domain, values, name),
-        ends=None if ends is None else _domain(ends, values, name),
+        domain=DOMAIN if domain is None else _pair(domain, f"domain of {name}", values),
+        ends=None if ends is None else _pair(ends, f"ends of {name}", values),
     )
 
 
@@ -92,7 +96,7 @@ def implicit_from_formula(
         seed=(x, y, z),
         period=_period(period, values, name),
         name=name,
-        domain=_domain(domain, values, name),
+        domain=_pair(domain, f"domain of {name}", values),
     )
 
 
@@ -119,8 +123,8 @@ def _period(period: float | str | None, constants: dict[str, float], name: str) 
     return None if period is None else value_of(period, f"period of {name}", constants)
 
 
-def _domain(domain: Any, constants: dict[str, float], name: str) -> tuple[float, float]:
-    low, high = _values(domain, 2, f"domain of {name}", constants)
+def _pair(given: Any, name: str, constants: dict[str, float]) -> tuple[float, float]:
+    low, high = _values(given, 2, name, constants)
     return low, high
 
 

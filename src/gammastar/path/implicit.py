@@ -55,7 +55,7 @@ class ImplicitPath(Path):
         if self.period is not None:
             magnitude(self.period, f"period of {self.name}", above=0)
             object.__setattr__(self, "domain", (0.0, float(self.period)))
-        object.__setattr__(self, "domain", interval(self.domain, self.name))
+        object.__setattr__(self, "domain", interval(self.domain, f"domain of {self.name}"))
         object.__setattr__(self, "seed", tuple(magnitudes(self.seed, f"seed of {self.name}", (3,)).tolist()))
         assert self._jet_sampler  # refuses formulas that have no Taylor rule now, not in flight
         values, gradient = (np.array(value) for value in self._gradient_sampler(self._seed_point))

@@ -19,10 +19,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gammastar.checks import number, truth
+from gammastar.errors import InputError
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
 from gammastar.path.extension import extended, run_out
-from gammastar.path.interpolation import interpolated
+from gammastar.path.interpolation import FARTHEST, interpolated
 from gammastar.path.jet import Jet
 from gammastar.path.regularity import check_regular
 from gammastar.path.spline import Spline
@@ -132,7 +134,10 @@ def waypoints(
         after: Likewise beyond the last point [m].
         blend: How much of that the bend takes to fade out [m].
     """
-    spline = interpolated(points, closed, spacing)
+    spline = interpolated(points, truth(closed, "closed"), spacing)
+    for side, length in (("before", before), ("after", after)):
+        if number(length, f"{side} [m]", at_least=0) > FARTHEST:
+            raise InputError(f"{side} must be at most {FARTHEST:g} m (got {length:g} m); check its unit")
     if before != 0 or after != 0 or blend is not None:
         spline = extended(spline, before, after, blend)
     return WaypointPath(spline, name)
