@@ -103,3 +103,11 @@ def test_legs_come_as_any_list_of_legs() -> None:
     for wrong in (None, 3, gs.Leg(1.0), "legs"):
         with pytest.raises(gs.errors.InputError):
             gs.Legs(wrong)
+
+
+@pytest.mark.parametrize("reference", [gs.Legs((gs.Leg(1.0, to=2.0, laps=1),)), gs.Stop(1.0, 2.0, 1.0, laps=1)])
+def test_laps_of_a_path_that_is_open_are_refused(reference) -> None:
+    """They would have been left out without a word."""
+    reference.resolved(CIRCLE, 0.0)
+    with pytest.raises(gs.errors.InputError, match=r"laps of .* need a closed path \(got 1 on line, which is open\)"):
+        reference.resolved(LINE, 0.0)

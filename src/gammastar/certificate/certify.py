@@ -80,7 +80,8 @@ def certify(
 
     Regular, of class C^5, apart from itself; then, at a constant speed: specific thrust, thrust, tilt rates and torque, each
     with the place of its extreme, and every constant speed that would do.  Extremes are located on samples that resolve
-    the path's derivatives and narrowed to rounding.
+    the path's derivatives and narrowed to rounding.  What is much narrower than the spacing of the first samples, a
+    four-thousandth of the domain, and changes none of them is not seen: a bump 2 cm wide on 10 km, say.
 
     Args:
         vehicle: As the law believes it to be.

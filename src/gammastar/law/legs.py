@@ -9,7 +9,7 @@ import numpy as np
 
 from gammastar.checks import number, shortened, whole
 from gammastar.errors import InputError
-from gammastar.law.reference import CHANGE_TIME, Reference, require_on
+from gammastar.law.reference import CHANGE_TIME, Reference, require_laps, require_on
 from gammastar.law.schedule import Change, change_time, scheduled, to_a_stop
 from gammastar.path import Path
 
@@ -101,6 +101,7 @@ def _end(path: Path, place: float, leg: Leg, index: int) -> float | None:
     if leg.to is None:
         return None if path.ends is None else path.ends[leg.speed > 0]
     require_on(path, leg.to, f"the end of leg {index + 1}")
+    require_laps(path, leg.laps, f"leg {index + 1}")
     distance = (leg.to - place) * sense
     if path.period is not None:
         distance %= path.period

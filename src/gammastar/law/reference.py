@@ -185,6 +185,7 @@ class Stop:
     def braking_start(self, path: Path, start: float) -> float:
         """Return the time [s] at which braking begins for a flight from the path coordinate `start`."""
         require_on(path, self.coordinate, "a stop")
+        require_laps(path, self.laps, "a stop")
         least = abs(self.speed) * self.braking_time / 2
         distance = (self.coordinate - start) * (1 if self.speed > 0 else -1)
         if path.period is not None:
@@ -206,6 +207,14 @@ def gentle(path: Path, speed: float) -> float:
     """Return the time [s] of a change from rest to a speed [path parameter/s], at least `CHANGE_TIME`, that stays gentle in metres."""
     pace = np.linalg.norm(path.jets(np.linspace(*path.domain, PACE_SAMPLES))[:, 1], axis=1).max()
     return max(CHANGE_TIME, STEEPEST * abs(speed) * float(pace) / GENTLE)
+
+
+def require_laps(path: Path, laps: int, what: str) -> None:
+    """Raise `InputError` when laps are asked for on a path that does not come round."""
+    if laps and path.period is None:
+        raise InputError(
+            f"laps of {what} need a closed path (got {laps} on {path.name}, which is open); leave them out"
+        )
 
 
 def require_on(path: Path, coordinate: float, what: str) -> None:
