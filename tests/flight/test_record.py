@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from gammastar import so3
 from gammastar.flight import FlightRecord, Status, fly
-from gammastar.law import design
+from gammastar.law import Along, design
 from gammastar.path import catalogue as paths
 from gammastar.vehicle import State, Vehicle, split
 from gammastar.vehicle.state import NAMES
@@ -216,3 +216,14 @@ def test_a_satellite_has_no_weight_to_compare_with() -> None:
     law = design(Vehicle(5.0, (0.05, 0.05, 0.05), gravity=0.0), paths.circle(5.0), poles=-1)
     summary = fly(law, State((5.2, 0, 0), thrust=0.5), speed=0.1, duration=0.5).summary()
     assert "thrust_to_weight" not in summary
+
+
+@pytest.mark.parametrize(
+    "wanted", [{"speed": 1e300}, {"speed": 1.0, "heading": Along(1e300)}], ids=["speed", "heading"]
+)
+def test_the_summary_of_a_flight_that_ran_away_warns_of_nothing(wanted: dict[str, object]) -> None:
+    """Its squares overflow: the peaks are infinite, as numbers, and no warning of NumPy stands between the lines."""
+    law = design(PAPER_VEHICLE, PATHS["circle"])
+    record = fly(law, State((1.2, 0, 0)), duration=0.05, **wanted)
+    assert record.status is Status.NOT_FINITE
+    assert record.summary()["status"] == "not_finite"

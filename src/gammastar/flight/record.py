@@ -135,7 +135,8 @@ class FlightRecord:
 
     def summary(self) -> Summary:
         """Return the numbers worth knowing first; printing it shows them as text."""
-        return Summary(_summary(self))
+        with np.errstate(over="ignore", invalid="ignore"):  # of a flight that ran away some are infinite, and say so
+            return Summary(_summary(self))
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the record as named columns (n,), ready for a table; times first."""
