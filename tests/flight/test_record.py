@@ -227,3 +227,4 @@ def test_the_summary_of_a_flight_that_ran_away_warns_of_nothing(wanted: dict[str
     record = fly(law, State((1.2, 0, 0)), duration=0.05, **wanted)
     assert record.status is Status.NOT_FINITE
     assert record.summary()["status"] == "not_finite"
+    assert len(record.prediction.thrust) == len(record.time)
