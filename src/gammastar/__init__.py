@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 if _TYPE_CHECKING:
     from gammastar import errors, so3
+    from gammastar.certificate import Limits, certify
     from gammastar.flight import INTEGRATORS, FlightRecord, Replacement, SensorNoise, Status, fly
     from gammastar.law import (
         Along,
@@ -28,7 +29,10 @@ if _TYPE_CHECKING:
     from gammastar.mission import load as load_mission
     from gammastar.path import Curve, ImplicitPath
     from gammastar.path import catalogue as paths
+    from gammastar.path.formula import curve_from_formula, implicit_from_formula
     from gammastar.path.metres import by_length
+    from gammastar.path.placement import placed
+    from gammastar.path.table import read_points
     from gammastar.path.waypoints import waypoints
     from gammastar.vehicle import State, Vehicle
 
@@ -43,6 +47,7 @@ __all__ = [
     "Law",
     "Leg",
     "Legs",
+    "Limits",
     "Mission",
     "Point",
     "Prediction",
@@ -57,11 +62,16 @@ __all__ = [
     "Towards",
     "Vehicle",
     "by_length",
+    "certify",
+    "curve_from_formula",
     "design",
     "errors",
     "fly",
+    "implicit_from_formula",
     "load_mission",
     "paths",
+    "placed",
+    "read_points",
     "so3",
     "waypoints",
 ]
@@ -69,6 +79,7 @@ __version__ = "0.1.0"
 
 
 _ROOMS = {  # room -> the public names that it has
+    "certificate": ("Limits", "certify"),
     "flight": ("FlightRecord", "INTEGRATORS", "Replacement", "SensorNoise", "Status", "fly"),
     "law": (
         *("Along", "Approach", "Azimuth", "Law", "Leg", "Legs", "Point", "Prediction", "Profile"),
@@ -76,7 +87,10 @@ _ROOMS = {  # room -> the public names that it has
     ),
     "mission": ("Mission",),
     "path": ("Curve", "ImplicitPath"),
+    "path.formula": ("curve_from_formula", "implicit_from_formula"),
     "path.metres": ("by_length",),
+    "path.placement": ("placed",),
+    "path.table": ("read_points",),
     "path.waypoints": ("waypoints",),
     "vehicle": ("State", "Vehicle"),
 }

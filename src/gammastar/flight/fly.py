@@ -54,7 +54,7 @@ def fly(
         law: From `design`.
         start: Where and how the flight begins; a thrust left open is the believed weight.
         speed: Constant speed along the path [path parameter/s], short for `reference=Speed(speed)`.
-        reference: `Speed`, `Ramp`, `Point` or `Stop`; exactly one of `speed` and `reference` is given.
+        reference: `Speed`, `Ramp`, `Point`, `Stop`, `Legs` or `Profile`; exactly one of `speed` and `reference` is given.
         duration: [s].
         step: Longest integration step [s].
         feedback: 'continuous' evaluates the law in every stage; 'start' and 'middle' hold the input over the control

@@ -29,9 +29,9 @@ def extended(spline: Spline, before: float = 0.0, after: float = 0.0, blend: flo
 
     Args:
         spline: Open.
-        before: How far the parameter runs ahead of the first knot [m]; |sigma'| is near 1, so about the length added. Zero
+        before: How far the parameter runs ahead of the first knot; the length added is that times |sigma'| at the end. Zero
             leaves that end as it is.
-        after: Likewise beyond the last knot [m].
+        after: Likewise beyond the last knot.
         blend: How much of that the bend takes to fade out [m], below both; by default the longer of the end segment and the
             mean one, at most half of the extension.  A short fade is sharp: snap grows as its inverse square.
 
@@ -41,7 +41,10 @@ def extended(spline: Spline, before: float = 0.0, after: float = 0.0, blend: flo
     """
     if spline.closed:
         raise InputError("only an open path is extended (got a closed one); leave the extension out")
-    before, after = magnitude(before, "before [m]", at_least=0), magnitude(after, "after [m]", at_least=0)
+    before, after = (
+        magnitude(before, "before [path parameter]", at_least=0),
+        magnitude(after, "after [path parameter]", at_least=0),
+    )
     if blend is not None and before == after == 0:
         raise InputError(
             f"blend needs an extension (got {shortened(blend)} m, and nothing before or after); give before or after"

@@ -151,7 +151,10 @@ def by_length(path: ParametricPath) -> MetricPath:
     """
     instance(path, ParametricPath, "path by its length", "give a curve; an implicit path has pi as its coordinate")
     if path.period is None and path.ends is None:
-        raise InputError(f"{path.name} must be closed or have ends to be measured (got neither); give it ends")
+        raise InputError(
+            f"{path.name} must be closed or have ends to be measured (got neither); give it some, such as "
+            "dataclasses.replace(path, ends=(0, 10))"
+        )
     length = path.length()
     margins = [0.0] if path.period is not None else [BEYOND * length, 0.0]
     for margin in margins:

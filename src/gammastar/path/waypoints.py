@@ -130,8 +130,9 @@ def waypoints(
         closed: Return to the first point.
         spacing: Of the parameter: 'chord' is close to the distance flown, 'centripetal' tamer where distances differ much.
         name: For messages.
-        before: Straight on ahead of the first point [m], of an open path; see `gammastar.path.extension`.
-        after: Likewise beyond the last point [m].
+        before: How far the parameter runs straight on ahead of the first point, of an open path; the length added is that times |sigma'|
+            at the end.  See `gammastar.path.extension`.
+        after: Likewise beyond the last point.
         blend: How much of that the bend takes to fade out [m].
     """
     spline = interpolated(points, truth(closed, "closed"), spacing)
