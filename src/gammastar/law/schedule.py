@@ -40,7 +40,8 @@ def scheduled(start: float, speed: float, changes: Sequence[Change] = ()) -> Pie
         place, duration = float(np.polynomial.polynomial.polyval(since, rows[-1])), change.duration
         if since <= SAME_TIME:
             del begins[-1], rows[-1]
-        during = change.speed * duration * COVERED / duration ** np.arange(DEGREE + 1)
+        with np.errstate(over="ignore"):  # what is divided by infinity is zero
+            during = change.speed * duration * COVERED / duration ** np.arange(DEGREE + 1)
         during[:2] += place, speed
         after = place + speed * duration + change.speed * duration / 2
         speed += change.speed
