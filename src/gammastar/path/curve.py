@@ -135,6 +135,24 @@ class ParametricPath(Path):
         grid = np.linspace(*self.domain, GLOBAL_POINTS)
         return nearest(positions, grid, self.points(grid), lambda parameters: self.jets(parameters, 2))[1]
 
+    def _sampled(self, parameters: np.ndarray, order: int) -> np.ndarray:
+        """Return the graph `jet` evaluated, (n, order + 1, 3), at parameters (n,)."""
+        sampler = self._fast_sampler if order <= 2 else self._full_sampler
+        rows = sampler(np.vstack([parameters, self.data(parameters)]))
+        return np.stack([row.full().T for row in rows[: order + 1]], axis=1)
+
+    def _sampler(self, order: int) -> Any:
+        place = ca.SX.sym("place", 1 + self.data_size)
+        return ca.Function("jet", [place], ca.cse([ca.densify(row) for row in self.jet(place, order)]))
+
+    @functools.cached_property
+    def _fast_sampler(self) -> Any:
+        return self._sampler(2)
+
+    @functools.cached_property
+    def _full_sampler(self) -> Any:
+        return self._sampler(JET_ORDER)
+
     def _polished(self, positions: np.ndarray, parameters: np.ndarray, steps: int) -> np.ndarray:
         """Return parameters (n,) after Newton steps towards the nearest points of positions (n, 3): `track` on numbers."""
         data = self.data(parameters)
@@ -200,9 +218,7 @@ class Curve(ParametricPath):
 
     def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
         """Return (n, order + 1, 3): point and derivatives with respect to the parameter, at parameters (n,)."""
-        sampler = self._fast_sampler if order <= 2 else self._full_sampler
-        rows = sampler(np.atleast_1d(parameters)[None, :])
-        return np.stack([np.array(row).T for row in rows[: order + 1]], axis=1)
+        return self._sampled(np.atleast_1d(np.asarray(parameters, dtype=float)), order)
 
     @functools.cached_property
     def _point_function(self) -> Any:
@@ -213,18 +229,6 @@ class Curve(ParametricPath):
                 f"the formula of {self.name} must return three scalars (got {len(entries)} entries); return x, y, z"
             )
         return ca.Function("point", [parameter], entries)
-
-    def _sampler(self, order: int) -> Any:
-        parameter = ca.SX.sym("parameter")
-        return ca.Function("jet", [parameter], ca.cse([ca.densify(row) for row in self.jet(parameter, order)]))
-
-    @functools.cached_property
-    def _fast_sampler(self) -> Any:
-        return self._sampler(2)
-
-    @functools.cached_property
-    def _full_sampler(self) -> Any:
-        return self._sampler(JET_ORDER)
 
 
 def _entries(value: Any) -> list[Any]:

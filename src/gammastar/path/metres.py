@@ -74,10 +74,7 @@ class MetricPath(ParametricPath):
 
     def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
         """Return (n, order + 1, 3): point and derivatives with respect to the arc length [m], at parameters (n,)."""
-        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
-        sampler = self._fast_sampler if order <= 2 else self._full_sampler
-        rows = sampler.map(len(wanted))(np.vstack([wanted, self.data(wanted)])).full()
-        return np.asarray(rows.reshape(3, len(wanted), -1).transpose(1, 2, 0)[:, : order + 1])
+        return self._sampled(np.atleast_1d(np.asarray(parameters, dtype=float)), order)
 
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the data at parameters (n,): begin, coefficients and length of the polynomial of lambda(s), the data below."""
@@ -128,18 +125,6 @@ class MetricPath(ParametricPath):
         before[1, :2] = last, slope
         begins = np.concatenate([[self.knots_m[0] - 1], self.knots_m])
         return begins, np.vstack([before[:1], self.coefficients, before[1:]]), np.append(np.diff(begins), ENDLESS)
-
-    @functools.cached_property
-    def _fast_sampler(self) -> Any:
-        return self._sampler(2)
-
-    @functools.cached_property
-    def _full_sampler(self) -> Any:
-        return self._sampler(JET_ORDER)
-
-    def _sampler(self, order: int) -> Any:
-        place = ca.SX.sym("place", 1 + self.data_size)
-        return ca.Function("jet", [place], [ca.cse(ca.densify(ca.horzcat(*self.jet(place, order))))])
 
 
 def by_length(path: ParametricPath) -> MetricPath:
