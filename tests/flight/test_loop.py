@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gammastar import so3
 from gammastar.errors import InputError
 from gammastar.flight import FlightRecord, fly
-from gammastar.flight.loop import MOST_SUBSTEPS, interval_of
+from gammastar.flight.timing import MOST_SUBSTEPS, interval_of
 from gammastar.law import Ramp, Speed, Stop, design
 from gammastar.vehicle import State, Vehicle
 from strategies import PATHS, VEHICLES, numbers

@@ -11,14 +11,15 @@ from gammastar import engine
 from gammastar.checks import instance, number, whole
 from gammastar.errors import FlightError, InputError, SingularStartError, UnknownNameError
 from gammastar.flight.integrator import integrator as integrator_by_name
-from gammastar.flight.loop import FEEDBACKS, HELD, TRUE_PARAMETER, ClosedLoop, timing
+from gammastar.flight.loop import FEEDBACKS, HELD, TRUE_PARAMETER, ClosedLoop
 from gammastar.flight.phases import Phase, Replacement, phases_of
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise
+from gammastar.flight.timing import timing
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
-from gammastar.law.design import Yaw
+from gammastar.law.law import Yaw
 from gammastar.law.reference import reference_given
 from gammastar.path import ParametricPath
 from gammastar.vehicle import State, Vehicle

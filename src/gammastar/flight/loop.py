@@ -6,7 +6,6 @@ parameter of the point truly nearest, the input that a sampled law holds, and wh
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,14 +13,13 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
-from gammastar.errors import InputError
 from gammastar.flight.integrator import Integrator
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import measured
 from gammastar.law import Law, Reference, linearize
 from gammastar.law.approach import CAPTURE_RESIDUAL, CAPTURE_STEPS, floored
-from gammastar.law.design import Yaw
 from gammastar.law.heading import Heading, heading_key
+from gammastar.law.law import Yaw
 from gammastar.law.piecewise import DATA_SIZE
 from gammastar.law.reference import wanted
 from gammastar.path import ParametricPath
@@ -38,9 +36,6 @@ PARAMETER, TRUE_PARAMETER, HELD, WAITING = (
     STATE_SIZE + 6,
 )
 LOOP_SIZE = STATE_SIZE + 7
-MOST_ROWS = 2_000_000  # of a record, some 2 GB
-ROUNDING = 1e-6  # of an interval, by which a duration may exceed whole intervals without another one
-MOST_SUBSTEPS = 1000  # a control interval longer than this many integration steps is a slip, not a wish
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +76,9 @@ class ClosedLoop:
         kind; the data of the segment that holds the parameter are looked up beside it.
         """
         core = engine.compiled(self._signature, self._core)
-        state, outside = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("outside", self._outside_size)
         if self.law.path.data_size == 0 and not self.reference.over_progress:
             return core
+        state, outside = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("outside", self._outside_size)
         wanted, place = outside[1 + NOISE_SIZE :], state[PARAMETER]
         if self.reference.over_progress:
             wanted = self.reference.pieces.lookup(place)
@@ -121,8 +116,7 @@ class ClosedLoop:
             after, decision, parameter, waiting = self._continuous(loop_state, state, time, around)
         else:
             after, decision, parameter, waiting = self._sampled(loop_state, state, time, noise, around)
-        taken = ca.logic_and(loop_state[WAITING], ca.logic_not(waiting))  # the foot that the law has just taken to
-        foot = ca.if_else(taken, parameter, loop_state[TRUE_PARAMETER])
+        foot = _foot(loop_state, parameter, waiting)
         observation = self._observation(state, foot, loop_state[PARAMETER], waiting, decision, data)
         results = ca.cse([ca.densify(after), ca.densify(observation)])
         return ca.Function("core", [loop_state, inputs], results)
@@ -131,13 +125,10 @@ class ClosedLoop:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
         law, waiting = self.law, 0.0
         if law.approach is not None:
-            place = np.concatenate([[parameter], law.path.data(np.array([parameter]))[:, 0]])
-            waiting = (
-                float(engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)(state, place))
-                < law.approach.enter
-            )
+            entry = engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)
+            waiting = float(entry(state, law.place(parameter))) < law.approach.enter
         key = np.array([parameter if self.reference.over_progress else 0.0])
-        inputs = np.vstack([self.reference.pieces.data(key), law.path.data(np.array([parameter]))])[:, 0]
+        inputs = np.concatenate([self.reference.pieces.data(key)[:, 0], law.place(parameter)[1:]])
         decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
         control = decide(state, parameter, waiting, inputs).full().ravel() if held is None else held
         return np.concatenate([state, [parameter, parameter], control, [waiting]])
@@ -239,9 +230,7 @@ class ClosedLoop:
         vector = join(state)
         for k in range(self.substeps):
             vector = substep(vector, decision.input, time + k * self.interval / self.substeps)
-        foot = ca.if_else(
-            ca.logic_and(loop_state[WAITING], ca.logic_not(waiting)), parameter, loop_state[TRUE_PARAMETER]
-        )
+        foot = _foot(loop_state, parameter, waiting)
         true_parameter = ca.if_else(waiting, parameter, path.track(vector[:3], ca.vertcat(foot, data)))
         return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, parameter, waiting
 
@@ -284,49 +273,10 @@ class ClosedLoop:
         )
 
 
-def interval_of(feedback: str, step: float, rate: float | None) -> tuple[float, int]:
-    """Return the interval [s] between rows and the integration steps in it, from a longest step [s] and a control rate [Hz].
-
-    Raises:
-        InputError: A rate with continuous feedback, none with sampled feedback, or far more steps than an interval can
-            need.
-    """
-    if feedback == "continuous":
-        if rate is not None:
-            raise InputError(
-                f"continuous feedback has no control rate (got {rate:g} Hz); leave it out, or choose feedback 'start' or 'middle'"
-            )
-        return step, 1
-    if rate is None:
-        raise InputError(f"feedback {feedback!r} needs a control rate [Hz] (got none); give one, such as 400")
-    wanted = 1 / rate / step
-    if not wanted <= MOST_SUBSTEPS + ROUNDING:
-        raise InputError(
-            f"a control interval must hold at most {MOST_SUBSTEPS} integration steps (got {wanted:.4g}); raise the step or the rate"
-        )
-    return 1 / rate, max(1, math.ceil(wanted - ROUNDING))
-
-
-def timing(feedback: str, step: float, rate: float | None, duration: float) -> tuple[float, int, int]:
-    """Return the interval [s] between rows, the integration steps in it, and the intervals that cover a duration [s].
-
-    Continuous feedback divides the duration evenly into steps no longer than `step`; sampled feedback flies whole control
-    intervals, the last of which may end after the duration.
-
-    Raises:
-        InputError: See `interval_of`; or the flight has too many rows.
-    """
-    interval, substeps = interval_of(feedback, step, rate)
-    wanted = duration / interval
-    if not wanted <= MOST_ROWS:
-        raise InputError(
-            f"a flight must have at most {MOST_ROWS} rows (got {wanted:.4g}, {duration:g} s at {interval:g} s); shorten it, or "
-            "raise the step or lower the rate"
-        )
-    rows = max(1, math.ceil(wanted - ROUNDING))
-    if feedback == "continuous" and abs(wanted - rows) > ROUNDING:
-        interval = duration / rows
-    return interval, substeps, rows
+def _foot(loop_state: Any, parameter: Any, waiting: Any) -> Any:
+    """Graph: return the parameter of the true foot; where a target has just waited, the one that the law takes to."""
+    taken = ca.logic_and(loop_state[WAITING], ca.logic_not(waiting))
+    return ca.if_else(taken, parameter, loop_state[TRUE_PARAMETER])
 
 
 def _euclidean(state: StateGraph) -> Any:

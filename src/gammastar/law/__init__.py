@@ -1,9 +1,10 @@
 """The feedback law as a graph with explicit state, its gains, references and its closed-form prediction."""
 
 from gammastar.law.approach import Approach
-from gammastar.law.design import Control, Law, design
+from gammastar.law.design import design
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Along, Azimuth, Heading, Towards
+from gammastar.law.law import Control, Law
 from gammastar.law.legs import Leg, Legs
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize
 from gammastar.law.predict import Prediction

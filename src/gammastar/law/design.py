@@ -2,236 +2,26 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from gammastar import engine
-from gammastar.checks import instance, number, shape_of, shortened
-from gammastar.errors import InputError, PoleError, SingularStartError, UnknownNameError
-from gammastar.law.approach import Approach, bounded, slowed
-from gammastar.law.gains import chain_poles, gains_from_poles, without_slowest
-from gammastar.law.heading import Heading
-from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
-from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
-from gammastar.law.reference import AnyReference, reference_given
+from gammastar.checks import instance, shape_of, shortened
+from gammastar.errors import InputError, PoleError, UnknownNameError
+from gammastar.law.approach import Approach
+from gammastar.law.gains import chain_poles, without_slowest
+from gammastar.law.law import Law
 from gammastar.path import Path
-from gammastar.vehicle import State, StateGraph, Vehicle, split
+from gammastar.vehicle import Vehicle
 
 DEFAULT_POLES = (-2.2, -2.4, -2.6, -2.8)  # [1/s] distinct and near -2.5, the design's choice for the paper's scenarios
 DEFAULT_YAW_POLE = -2.5  # [1/s]
 CHAINS = {"transverse": 4, "transverse_2": 4, "tangential": 4, "speed": 3, "yaw": 1}  # states that each chain has
-SMALLEST_MARGIN = 1e-6  # focal margin at which a start counts as singular; the law's gain grows as its inverse
 YAW_RATE_RANGE = 100.0  # [rad/s] over which the slope of a yaw output is checked
 
-Yaw = float | Heading
 Poles = complex | Sequence[complex] | Mapping[str, Any]
-
-
-@dataclass(frozen=True, eq=False)
-class Control:
-    """Graph: what one evaluation of the law gives."""
-
-    input: Any  # SX (4,): second derivative of the thrust [N/s^2], torque [N m], body
-    linearization: Linearization
-
-
-@dataclass(frozen=True, eq=False)
-class Law:
-    """A path-following law: parameters only, no history; made by `design`."""
-
-    vehicle: Vehicle  # as the law believes it to be
-    path: Path
-    poles: Mapping[str, tuple[complex, ...]]  # [1/s] by chain: transverse, transverse_2, tangential, speed, yaw
-    yaw_output: Callable[[Any], Any]  # graph: beta(r), Eq. (14)
-    approach: Approach | None = None  # from anywhere; None is the paper's law and nothing else
-
-    @functools.cached_property
-    def gains(self) -> dict[str, np.ndarray]:
-        """Return the gains by chain, k_1 first; Eqs. (25), (26)."""
-        return {chain: gains_from_poles(poles) for chain, poles in self.poles.items()}
-
-    def tangential_gains(self, holds_position: bool) -> np.ndarray:
-        """Return (k_1, ..., k_4) of the chain along the path; without a position to hold k_1 is zero, Eq. (26)."""
-        return self.gains["tangential"] if holds_position else np.concatenate([[0.0], self.gains["speed"]])
-
-    @property
-    def signature(self) -> tuple[Any, ...]:
-        """Return what names the law's graph: laws with one signature differ in their path's data alone."""
-        chains = tuple((chain, *gains.tolist()) for chain, gains in self.gains.items())
-        return self.vehicle.signature, self.path.graph_key, chains, self._yaw_output_key, self.approach
-
-    @property
-    def _yaw_output_key(self) -> str:
-        """The graph of beta as text: a function over changed data is another one, however equal the objects are."""
-        symbol = ca.SX.sym("yaw_rate")
-        return str(ca.Function("beta", [symbol], [ca.SX(self.yaw_output(symbol))]).serialize())
-
-    def control(self, state: StateGraph, place: Any, reference: Any, yaw: Any, holds_position: bool) -> Control:
-        """Graph: return the input at a state.
-
-        Args:
-            state: Measured state.
-            place: SX (1 + data_size,), tracked path parameter followed by the path's data there.
-            reference: SX (5,), reference coordinate along the path and its first four derivatives; or a function that returns it
-                from eta_1 ... eta_4, SX (4,).
-            yaw: Constant reference of beta(r), or SX (2,) with its rate, or a heading.
-            holds_position: Whether the reference coordinate counts, or only its derivatives.
-        """
-        linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output)
-        outputs = linearization.outputs
-        if callable(reference):
-            reference = reference(outputs.tangential)
-        if self.approach is not None:
-            reference = ca.vertcat(reference[0], slowed(outputs.transverse[:, 0], self.longest_error) * reference[1:])
-        transverse, error = outputs.transverse, outputs.tangential - reference[:4]
-        if self.approach is not None:
-            transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
-            along = self.longest_error * ca.norm_2(outputs.tangential_gradient)
-            error = ca.vertcat(bounded(error[0], along), error[1:])
-        per_row = [self.gains["transverse"]] * (self.path.components - 1) + [self.gains["transverse_2"]]
-        transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * transverse)
-        tangential_rate = reference[4] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
-        yaw_rate = self._yaw_rate(yaw, state, place, outputs.tangential[1], linearization.yaw_value)
-        return Control(linearization.input_for(transverse_rate, tangential_rate, yaw_rate), linearization)
-
-    def wait(self, state: StateGraph, place: Any, yaw: Any) -> Any:
-        """Graph: return the input SX (4,) that brings the vehicle to a fixed place of the path and holds it there.
-
-        The chain of the transverse outputs in all three directions, with the same poles and the same bound.
-        """
-        error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
-        chain = ca.horzcat(error, state.velocity, self.vehicle.acceleration(state), self.vehicle.jerk(state))
-        snap = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
-        value, slope = yaw_terms(self.yaw_output, state.angular_velocity[2])
-        return self.vehicle.input_for(state, snap, self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope)
-
-    @property
-    def lead(self) -> float:
-        """Return the time [s] in which a velocity across the path dies out: k_2 / k_1, the sum of the poles' time constants."""
-        return float(self.gains["transverse"][1] / self.gains["transverse"][0])
-
-    @property
-    def longest_error(self) -> float:
-        """Return the length [m] to which an approach cuts the transverse error: e_max = speed k_2 / k_1."""
-        assert self.approach is not None
-        return self.approach.speed * self.lead
-
-    def _yaw_rate(self, yaw: Any, state: StateGraph, place: Any, parameter_rate: Any, value: Any) -> Any:
-        """Graph: return the rate of beta(r) wanted, Eq. (26) with its sign corrected, for a constant reference or a heading."""
-        if isinstance(yaw, Heading):
-            wanted, wanted_rate = yaw.yaw_rate(self.path, state, place, parameter_rate)
-            reference, slope = yaw_terms(self.yaw_output, wanted)
-            reference_rate = slope * wanted_rate
-        else:
-            reference, reference_rate = ca.vertsplit(ca.vertcat(yaw, 0)[:2])
-        return reference_rate - self.gains["yaw"][0] * (value - reference)
-
-    def predict(self, start: State, reference: AnyReference, times: np.ndarray, yaw_reference: Yaw = 0.0) -> Prediction:
-        """Return the closed-form flight of the exact model under continuous feedback.
-
-        Valid while the predicted thrust is positive and no focal point is met.
-
-        Args:
-            start: As in `fly`.
-            reference: Along the path.
-            times: (n,) [s], increasing from zero or later.
-            yaw_reference: Constant reference of beta(r), or a heading, for which the yaw output has no closed form.
-
-        Raises:
-            SingularStartError: The law has no input at the start.
-            InputError: Times not increasing or negative.
-        """
-        instance(start, State, "start", "make one with gs.State(position)")
-        reference_given(reference)
-        initial = self._initial(start)
-        fixed = reference.resolved(self.path, initial.parameter)
-        gains = self.gains | {"tangential": self.tangential_gains(fixed.holds_position)}
-        constant = None if isinstance(yaw_reference, Heading) else number(yaw_reference, "yaw reference")
-        return predict(self.vehicle, self.path, gains, initial, fixed, constant, times)
-
-    def predict_chains(self, start: State, reference: AnyReference, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the closed form of the chains alone at times (n,) [s]: transverse (n, 2, 5) and tangential (n, 5)."""
-        initial = self._initial(start)
-        fixed = reference.resolved(self.path, initial.parameter)
-        gains = self.tangential_gains(fixed.holds_position)
-        transverse = transverse_chains(self.path, self.gains, initial, times)
-        return transverse, tangential_chain(gains, initial, fixed, times)
-
-    def decay(self, transverse: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return the closed form (n, 2, 5) of transverse chains from components (2, 4), at times (n,) [s] since then."""
-        return chains_from(self.gains, transverse, times)
-
-    def _initial(self, start: State) -> Initial:
-        x, parameter = self.start_vector(start)
-        xi, eta, _ = self.transformed_state(start)
-        return Initial(x[:3], parameter, xi, eta[:4], float(eta[4]))
-
-    def decoupling_matrix(self, state: State) -> np.ndarray:
-        """Return D, Eq. (17), (n + 2, 4) at a state; n is 3 for a curve and 2 for an implicit path."""
-        x, parameter = self.start_vector(state)
-        return np.array(self._numbers(x, self._place(parameter))[0])
-
-    def transformed_state(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return xi (n, 4), eta (5,) with the yaw output last, and mu (7,), Eqs. (19), (20), at a state."""
-        x, parameter = self.start_vector(state)
-        _, xi, eta, mu, _, _ = self._numbers(x, self._place(parameter))
-        return np.array(xi), np.array(eta).ravel(), np.array(mu).ravel()
-
-    def start_vector(self, start: State) -> tuple[np.ndarray, float]:
-        """Return the stacked start (20,) with an open thrust filled in, and its path parameter.
-
-        Raises:
-            SingularStartError: The thrust is zero or negative, or the position is a focal point of the path.
-        """
-        x = start.vector(self.vehicle.weight)
-        parameter = self.path.start_parameter(x[:3])
-        if not x[18] > 0:
-            raise SingularStartError(
-                f"thrust at the start must be positive (got {x[18]:.4g} N); in free fall the attitude has no "
-                "effect on the motion: start with thrust, such as the weight, or give a vehicle without gravity a start thrust",
-                {"thrust_N": float(x[18])},
-            )
-        margin = self.focal_margin(x, parameter)
-        if self.approach is None and not margin > SMALLEST_MARGIN:
-            raise SingularStartError(
-                f"the start must have one nearest point of the path (got position {x[:3].tolist()} with focal margin {margin:.3g}); "
-                "move it off the focal set, such as the axis of a circle, or give the law an approach",
-                {"focal_margin": margin},
-            )
-        return x, parameter
-
-    def focal_margin(self, state: np.ndarray, parameter: float) -> float:
-        """Return the focal margin of a stacked state (20,) at a path parameter."""
-        return float(self._numbers(state, self._place(parameter))[4])
-
-    def _place(self, parameter: float) -> np.ndarray:
-        return np.concatenate([[parameter], self.path.data(np.array([parameter]))[:, 0]])
-
-    @functools.cached_property
-    def _numbers(self) -> Any:
-        """The function (state, place) -> D, xi, eta with yaw output, mu, focal margin, slope of beta."""
-        return engine.compiled(
-            ("numbers", self.vehicle.signature, self.path.graph_key, self._yaw_output_key), self._build_numbers
-        )
-
-    def _build_numbers(self) -> Any:
-        state, place = ca.SX.sym("state", 20), ca.SX.sym("place", 1 + self.path.data_size)
-        linear = linearize(self.vehicle, self.path, split(state), place, self.yaw_output)
-        eta = ca.vertcat(linear.outputs.tangential, linear.yaw_value)
-        results = [
-            decoupling_matrix(linear),
-            linear.outputs.transverse,
-            eta,
-            linear.internal_state(),
-            linear.outputs.focal_margin,
-            linear.yaw_slope,
-        ]
-        return ca.Function("numbers", [state, place], ca.cse([ca.densify(result) for result in results]))
 
 
 def design(

@@ -13,8 +13,8 @@ from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, Replacement, SensorNoise, fly
 from gammastar.flight.fly import prepared
-from gammastar.flight.loop import interval_of, timing
 from gammastar.flight.phases import phases_of
+from gammastar.flight.timing import interval_of, timing
 from gammastar.law import AnyReference, Approach, Heading, Law, design
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
