@@ -1,6 +1,22 @@
-"""Bodies: what flies, and the state it has."""
+"""Bodies: what flies, what acts on it, and the state it has."""
 
-from gammastar.vehicle.body import Rates, Vehicle
+from gammastar.vehicle.body import NOTHING, Rates, Unknown, Vehicle
+from gammastar.vehicle.forces import Buoyancy, CustomForce, Force, LinearDrag, QuadraticDrag, RotorDrag
 from gammastar.vehicle.state import State, StateGraph, join, split
 
-__all__ = ["Rates", "State", "StateGraph", "Vehicle", "join", "split"]
+__all__ = [
+    "NOTHING",
+    "Buoyancy",
+    "CustomForce",
+    "Force",
+    "LinearDrag",
+    "QuadraticDrag",
+    "Rates",
+    "RotorDrag",
+    "State",
+    "StateGraph",
+    "Unknown",
+    "Vehicle",
+    "join",
+    "split",
+]

@@ -6,6 +6,7 @@ Forces point as in the paper: world and body third axes are down, thrust pushes 
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,11 +14,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import magnitude, magnitudes, shape_of, three
+from gammastar.checks import instance, magnitude, magnitudes, shape_of, shortened, three
 from gammastar.errors import InputError, ShapeError
+from gammastar.vehicle.forces import Buoyancy, Force, rate, second_rate, symbols, total
 from gammastar.vehicle.state import StateGraph
-
-DOWN = (0.0, 0.0, 1.0)  # e3, third axis of the world
 
 
 class Rates(NamedTuple):
@@ -28,6 +28,20 @@ class Rates(NamedTuple):
     angular_velocity: Any  # SX (3,) [rad/s^2], body
     thrust: Any  # SX [N/s]
     thrust_rate: Any  # SX [N/s^2]
+
+
+class Unknown(NamedTuple):
+    """Graph: what acts on a vehicle beyond its model, as an observer knows it; zero where there is none."""
+
+    acceleration: Any = (0.0, 0.0, 0.0)  # SX (3,) [m/s^2], world: unknown force over the mass that is moved
+    jerk: Any = (0.0, 0.0, 0.0)  # SX (3,) [m/s^3], its first derivative
+    snap: Any = (0.0, 0.0, 0.0)  # SX (3,) [m/s^4], its second derivative
+    angular_acceleration: Any = (0.0, 0.0, 0.0)  # SX (3,) [rad/s^2], body: inverse inertia times unknown torque
+
+
+NOTHING = Unknown()
+CALM = (0.0, 0.0, 0.0)  # [m/s] wind
+LEAST_SHARE = 1e-6  # of the determinant of the map from inputs to snap that forces must leave at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +59,8 @@ class Vehicle:
     gravity: float = 9.80665  # [m/s^2], the standard value; 0 for a satellite
     bias_acceleration: ArrayLike = (0.0, 0.0, 0.0)  # K_t of Eq. (1), (3,) or scalar [m/s^2], world, subtracted
     bias_torque: ArrayLike = (0.0, 0.0, 0.0)  # K_r of Eq. (3), (3,) or scalar [N m], body, subtracted
+    added_mass: float = 0.0  # [kg] of fluid that moves along, the same in all directions; 0 in air
+    forces: Sequence[Force] = ()  # drag, buoyancy and the like
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", magnitude(self.mass, "mass [kg]", above=0))
@@ -52,47 +68,79 @@ class Vehicle:
         object.__setattr__(self, "inertia", _inertia_matrix(self.inertia))
         for name in ("bias_acceleration", "bias_torque"):
             object.__setattr__(self, name, three(getattr(self, name), name))
+        object.__setattr__(self, "added_mass", _isotropic(self.added_mass))
+        object.__setattr__(self, "forces", _forces(self.forces))
+        if self.forces:
+            _check_relative_degree(self)
 
     @functools.cached_property
-    def signature(self) -> tuple[float, ...]:
+    def signature(self) -> tuple[Any, ...]:
         """Return all numbers of the vehicle in a fixed order: vehicles with one signature fly alike."""
         arrays = (self.inertia, self.bias_acceleration, self.bias_torque)
-        return (self.mass, self.gravity, *(float(x) for values in arrays for x in np.ravel(values)))
+        numbers = (float(x) for values in arrays for x in np.ravel(values))
+        return (self.mass, self.gravity, *numbers, self.added_mass, *(force.signature for force in self.forces))
 
     @property
     def weight(self) -> float:
-        """Return m g [N], the thrust that hovers."""
-        return self.mass * self.gravity
+        """Return the thrust that hovers in calm air [N]: m g, less what buoyancy carries."""
+        lift = sum(force.lift for force in self.forces if isinstance(force, Buoyancy))
+        return abs(self.mass * self.gravity - lift)
 
-    def rates(self, state: StateGraph, thrust_ddot: Any, torque: Any) -> Rates:
+    @property
+    def moved_mass(self) -> float:
+        """Return the mass [kg] that a force accelerates: the vehicle's and that of the fluid moving along."""
+        return self.mass + self.added_mass
+
+    @property
+    def constant_acceleration(self) -> np.ndarray:
+        """Return the acceleration (3,) [m/s^2], world, by gravity and constant loads alone, without the forces."""
+        gravity = self.gravity * self.mass / self.moved_mass
+        return np.asarray((0.0, 0.0, gravity) - np.asarray(self.bias_acceleration))
+
+    def rates(
+        self, state: StateGraph, thrust_ddot: Any, torque: Any, unknown: Unknown = NOTHING, wind: Any = CALM
+    ) -> Rates:
         """Graph: return the right-hand side of Eq. (7) for the input (u_d [N/s^2], torque [N m], body)."""
-        gyroscopic = ca.cross(
-            state.angular_velocity, ca.mtimes(ca.DM(np.asarray(self.inertia)), state.angular_velocity)
-        )
-        angular_acceleration = ca.mtimes(
-            ca.DM(np.linalg.inv(np.asarray(self.inertia))), torque - gyroscopic - ca.DM(np.asarray(self.bias_torque))
-        )
-        return Rates(state.velocity, self.acceleration(state), angular_acceleration, state.thrust_rate, thrust_ddot)
+        acceleration = self.acceleration(state, unknown, wind)
+        angular_acceleration = self.angular_acceleration(state.angular_velocity, torque, unknown)
+        return Rates(state.velocity, acceleration, angular_acceleration, state.thrust_rate, thrust_ddot)
 
-    def acceleration(self, state: StateGraph) -> Any:
-        """Graph: return the world acceleration g e3 - (zeta1/m) R e3 - K_t [m/s^2], Eq. (1)."""
-        return (
-            self.gravity * ca.DM(DOWN)
-            - state.thrust / self.mass * state.attitude[:, 2]
-            - ca.DM(np.asarray(self.bias_acceleration))
+    def angular_acceleration(self, angular_velocity: Any, torque: Any, unknown: Unknown = NOTHING) -> Any:
+        """Graph: return J^-1 (torque - Omega x J Omega - K_r) SX (3,) [rad/s^2], body, Eq. (3)."""
+        inertia = np.asarray(self.inertia)
+        gyroscopic = ca.cross(angular_velocity, ca.mtimes(ca.DM(inertia), angular_velocity))
+        driving = torque - gyroscopic - ca.DM(np.asarray(self.bias_torque))
+        return ca.mtimes(ca.DM(np.linalg.inv(inertia)), driving) + _graph(unknown.angular_acceleration)
+
+    def acceleration(self, state: StateGraph, unknown: Unknown = NOTHING, wind: Any = CALM) -> Any:
+        """Graph: return the world acceleration g e3 - (zeta1/m) R e3 - K_t [m/s^2], Eq. (1), with forces over m and what is unknown."""
+        modelled = ca.DM(self.constant_acceleration) - state.thrust / self.moved_mass * state.attitude[:, 2]
+        return self._with_force(modelled, lambda: total(self.forces, state, _graph(wind))) + _graph(
+            unknown.acceleration
         )
 
-    def jerk(self, state: StateGraph) -> Any:
-        """Graph: return -(1/m)(zeta2 R e3 + zeta1 R (Omega x e3)) [m/s^3], world."""
+    def jerk(self, state: StateGraph, unknown: Unknown = NOTHING, wind: Any = CALM) -> Any:
+        """Graph: return -(1/m)(zeta2 R e3 + zeta1 R (Omega x e3)) [m/s^3], world, with the rate of the forces."""
         p, q, _ = ca.vertsplit(state.angular_velocity)
-        return (
-            -ca.mtimes(state.attitude, ca.vertcat(state.thrust * q, -state.thrust * p, state.thrust_rate)) / self.mass
-        )
+        turning = ca.vertcat(state.thrust * q, -state.thrust * p, state.thrust_rate)
+        modelled = -ca.mtimes(state.attitude, turning) / self.moved_mass
 
-    def snap(self, state: StateGraph, thrust_ddot: Any, angular_acceleration: Any) -> Any:
-        """Graph: return the world snap [m/s^4], affine in (u_d, p', q') and free of r'.
+        def force() -> Any:
+            return rate(self.forces, state, _graph(wind), self.acceleration(state, unknown, wind))
 
-        -m R^T s = u_d e3 + 2 zeta2 (q, -p, 0) + zeta1 (p r, q r, -(p^2 + q^2)) + zeta1 (q', -p', 0).
+        return self._with_force(modelled, force) + _graph(unknown.jerk)
+
+    def snap(
+        self,
+        state: StateGraph,
+        thrust_ddot: Any,
+        angular_acceleration: Any,
+        unknown: Unknown = NOTHING,
+        wind: Any = CALM,
+    ) -> Any:
+        """Graph: return the world snap [m/s^4], affine in (u_d, Omega'); free of r' without forces.
+
+        -m R^T s = u_d e3 + 2 zeta2 (q, -p, 0) + zeta1 (p r, q r, -(p^2 + q^2)) + zeta1 (q', -p', 0), and the second rate of the forces.
         """
         p, q, r = ca.vertsplit(state.angular_velocity)
         p_rate, q_rate, _ = ca.vertsplit(angular_acceleration)
@@ -101,27 +149,98 @@ class Vehicle:
             -2 * state.thrust_rate * p + state.thrust * (q * r - p_rate),
             thrust_ddot - state.thrust * (p**2 + q**2),
         )
-        return -ca.mtimes(state.attitude, in_body) / self.mass
+        modelled = -ca.mtimes(state.attitude, in_body) / self.moved_mass
 
-    def input_for(self, state: StateGraph, snap: Any, yaw_acceleration: Any) -> Any:
-        """Graph: return the input SX (4,) (u_d, torque) that gives a snap [m/s^4] and an r' [rad/s^2].
+        def force() -> Any:
+            acceleration, jerk = self.acceleration(state, unknown, wind), self.jerk(state, unknown, wind)
+            return second_rate(self.forces, state, _graph(wind), acceleration, jerk, angular_acceleration, thrust_ddot)
 
-        The inverse of `snap`, in closed form: one rotation into body axes and two divisions by the thrust.  Singular
-        where the thrust is zero (free fall), and nowhere else.  Any symmetric inertia: the torque follows from all of
-        Omega'.
+        return self._with_force(modelled, force) + _graph(unknown.snap)
+
+    def input_for(self, state: StateGraph, snap: Any, yaw_acceleration: Any, unknown: Unknown = NOTHING) -> Any:
+        """Graph: return the input SX (4,) (u_d, torque) that gives a snap [m/s^4] and an r' [rad/s^2] in calm air.
+
+        The inverse of `snap`.  Without forces it has a closed form, one rotation into body axes and two divisions by the thrust; with
+        them a 3x3 solve.  Singular where the thrust is zero (free fall) and, without forces, nowhere else.  Any symmetric inertia:
+        the torque follows from all of Omega'.
         """
-        p, q, r = ca.vertsplit(state.angular_velocity)
-        w = -self.mass * ca.mtimes(state.attitude.T, snap)
-        thrust_ddot = w[2] + state.thrust * (p**2 + q**2)
-        q_rate = (w[0] - 2 * state.thrust_rate * q) / state.thrust - p * r
-        p_rate = (-w[1] - 2 * state.thrust_rate * p) / state.thrust + q * r
+        if self.forces:
+            thrust_ddot, p_rate, q_rate = self._solved(state, snap, yaw_acceleration, unknown)
+        else:
+            p, q, r = ca.vertsplit(state.angular_velocity)
+            w = -self.moved_mass * ca.mtimes(state.attitude.T, -_graph(unknown.snap) + snap)
+            thrust_ddot = w[2] + state.thrust * (p**2 + q**2)
+            q_rate = (w[0] - 2 * state.thrust_rate * q) / state.thrust - p * r
+            p_rate = (-w[1] - 2 * state.thrust_rate * p) / state.thrust + q * r
         inertia = ca.DM(np.asarray(self.inertia))
+        angular_acceleration = ca.vertcat(p_rate, q_rate, yaw_acceleration) - _graph(unknown.angular_acceleration)
         torque = (
-            ca.mtimes(inertia, ca.vertcat(p_rate, q_rate, yaw_acceleration))
+            ca.mtimes(inertia, angular_acceleration)
             + ca.cross(state.angular_velocity, ca.mtimes(inertia, state.angular_velocity))
             + ca.DM(np.asarray(self.bias_torque))
         )
         return ca.vertcat(thrust_ddot, torque)
+
+    def snap_map(self, state: StateGraph, unknown: Unknown = NOTHING) -> tuple[Any, Any, Any]:
+        """Graph: return the snap as s0 + B (u_d, p', q') + c r': s0 SX (3,), B SX (3, 3), c SX (3,), in calm air."""
+        symbol = ca.SX.sym("input", 4)
+        value = self.snap(state, symbol[0], symbol[1:], unknown)
+        slope = ca.jacobian(value, symbol)
+        at_zero = ca.substitute(value, symbol, ca.SX.zeros(4))
+        return at_zero, slope[:, :3], slope[:, 3]
+
+    def _solved(self, state: StateGraph, snap: Any, yaw_acceleration: Any, unknown: Unknown) -> list[Any]:
+        """Graph: return (u_d, p', q') that give a snap, by Cramer's rule."""
+        at_zero, slope, by_yaw = self.snap_map(state, unknown)
+        missing = snap - at_zero - by_yaw * yaw_acceleration
+        columns = ca.horzsplit(slope)
+        cofactors = [ca.cross(columns[k - 2], columns[k - 1]) for k in range(3)]
+        determinant = ca.dot(columns[0], cofactors[0])
+        return [ca.dot(missing, cofactor) / determinant for cofactor in cofactors]
+
+    def _with_force(self, modelled: Any, force: Callable[[], Any]) -> Any:
+        """Graph: return an acceleration, or a derivative of it, with that of the forces; unchanged where there are none."""
+        return modelled + force() / self.moved_mass if self.forces else modelled
+
+
+def _graph(value: Any) -> Any:
+    """Graph: return a vector SX (3,) of one or of three numbers; zeros leave no trace in what they are added to."""
+    return ca.DM(value) if isinstance(value, tuple) else value
+
+
+def _isotropic(added_mass: Any) -> float:
+    """Return the added mass [kg] as one number, or raise."""
+    shape = shape_of(added_mass)
+    if shape != ():
+        raise InputError(
+            f"the added mass [kg] must be one number, the same in all directions (got {shortened(added_mass)}); unequal ones bring the "
+            "body rates into the force (Coriolis terms), and the vehicle leaves the class: give their mean and say so"
+        )
+    return magnitude(added_mass, "added mass [kg]", at_least=0)
+
+
+def _forces(forces: Any) -> tuple[Force, ...]:
+    """Return the forces as a tuple, or raise."""
+    if isinstance(forces, Force) or not isinstance(forces, Sequence):
+        raise InputError(f"forces must be a list (got {shortened(forces)}); write forces=[LinearDrag(0.1)]")
+    for force in forces:
+        instance(force, Force, "each of the forces", "make one with gs.forces, such as gs.forces.LinearDrag(0.1)")
+    return tuple(forces)
+
+
+def _check_relative_degree(vehicle: Vehicle) -> None:
+    """Raise unless the inputs reach the snap in all directions at rest: relative degree {4, 4, 4, 1} there."""
+    state = symbols()
+    _, slope, _ = vehicle.snap_map(state)
+    function = ca.Function("slope", [*state], [ca.det(slope)])
+    thrust = vehicle.weight or vehicle.mass
+    determinant = float(function(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), thrust, 0.0))
+    alone = thrust**2 / vehicle.moved_mass**3
+    if not abs(determinant) > LEAST_SHARE * alone:
+        raise InputError(
+            f"forces must leave the input its effect on the fourth derivative of position (got {determinant / alone:.2g} of the "
+            "determinant without them, at rest); a force that cancels the thrust is none of this class"
+        )
 
 
 def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
