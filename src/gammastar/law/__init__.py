@@ -7,6 +7,7 @@ from gammastar.law.heading import Along, Azimuth, Heading, Towards
 from gammastar.law.law import Control, Law
 from gammastar.law.legs import Leg, Legs
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize
+from gammastar.law.observer import IntegralAction, Observer, Rejection
 from gammastar.law.predict import Prediction
 from gammastar.law.profile import Profile
 from gammastar.law.reference import AnyReference, Point, Ramp, Reference, Speed, Stop
@@ -18,15 +19,18 @@ __all__ = [
     "Azimuth",
     "Control",
     "Heading",
+    "IntegralAction",
     "Law",
     "Leg",
     "Legs",
     "Linearization",
+    "Observer",
     "Point",
     "Prediction",
     "Profile",
     "Ramp",
     "Reference",
+    "Rejection",
     "Speed",
     "Stop",
     "Towards",
