@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from gammastar.errors import GammastarError, InputError, PoleError
 from gammastar.law.gains import gains_from_poles
+from gammastar.law.measurement import AXES
 from gammastar.law.observer import IntegralAction, Observer, Rejection, observer_gains
 from gammastar.vehicle import Unknown
 from strategies import numbers, vectors
@@ -116,7 +117,7 @@ def error_matrix(observer: Observer, interval: float, every: int = 1) -> tuple[n
     for k in range(every):
         fresh = (float(k == every - 1),) * 2
         estimate = observer.advanced(estimate, measured, measured, none, none, interval, none, fresh)
-    index = slice(0, observer.size - 1, 3)
+    index = slice(0, observer.size - 3, 3)
     maps = [ca.jacobian(estimate, first)[index, index], ca.jacobian(estimate, measured)[index, 0]]
     M, gain = ca.Function("maps", [first, measured], maps)(np.zeros(observer.size), np.zeros(3))
     return M.full(), gain.full().ravel()
@@ -145,7 +146,7 @@ def test_noise_reaches_the_estimate_as_the_lyapunov_equation_says(observer: Obse
     columns = np.zeros((20_000, 3, 4))
     columns[:, :, channel] = deviation * np.random.default_rng(1).standard_normal((20_000, 3))
     estimates, _ = run(observer, columns)
-    found = estimates[1000:, :-1].reshape(19_000, len(M), 3).std(axis=(0, 2))
+    found = estimates[1000:, :-3].reshape(19_000, len(M), 3).std(axis=(0, 2))
     assert found == pytest.approx(predicted, rel=0.05)
 
 
@@ -160,17 +161,29 @@ def test_without_a_measurement_the_estimate_is_predicted_by_the_model(observer: 
     if observer.force is not None:
         v, d, d1, d2 = before[:12].reshape(4, 3)
         wanted += [*(v + columns[:, 2] * T + d * T + d1 * T**2 / 2 + d2 * T**3 / 6), *(d + d1 * T + d2 * T**2 / 2)]
-        wanted += [*(d1 + d2 * T), *d2, before[12] + T]
+        wanted += [*(d1 + d2 * T), *d2, *(before[12:15] + T)]
     if observer.torque is not None:
-        rate, torque = before[-7:-1].reshape(2, 3)
-        wanted += [*(rate + (columns[:, 3] + torque) * T), *torque, before[-1] + T]
+        rate, torque = before[-9:-3].reshape(2, 3)
+        wanted += [*(rate + (columns[:, 3] + torque) * T), *torque, *(before[-3:] + T)]
     assert found == pytest.approx(np.array(wanted), abs=1e-14)
 
 
 def test_a_fresh_measurement_begins_a_new_age() -> None:
     estimates, _ = run(Observer(), np.zeros((4, 3, 4)), np.array([[0, 1], [0, 0], [1, 0], [1, 1]]))
     assert estimates[:, 12] == pytest.approx([INTERVAL, 2 * INTERVAL, 0, 0])
-    assert estimates[:, 19] == pytest.approx([0, INTERVAL, 2 * INTERVAL, 0])
+    assert estimates[:, 21] == pytest.approx([0, INTERVAL, 2 * INTERVAL, 0])
+
+
+def test_axes_of_one_channel_may_have_rates_of_their_own() -> None:
+    """Where the third velocity alone is fresh, its chain is corrected and the two others are predicted."""
+    step = stepping(FORCE)
+    after = step(
+        np.zeros(15), np.eye(3, 4) @ np.diag([1, 0, 0, 0]) + np.array([[0], [2.0], [3.0]]), np.zeros(3), [AXES[2], 0]
+    )
+    estimate = after[0].full().ravel().reshape(5, 3)
+    assert np.all(estimate[1:4, :2] == 0)
+    assert np.all(estimate[:4, 2] != 0)
+    assert estimate[4] == pytest.approx([INTERVAL, INTERVAL, 0])
 
 
 @pytest.mark.parametrize("rejection", REJECTIONS, ids=str)

@@ -16,10 +16,11 @@ import numpy as np
 from gammastar.checks import magnitude
 from gammastar.errors import PoleError
 from gammastar.law.gains import chain_poles, describe, gains_from_poles
+from gammastar.law.measurement import fresh_axes
 from gammastar.vehicle import Unknown
 
-FRESH = (1.0, 1.0)  # velocity and angular velocity were both measured in this interval
-FORCE_SIZE, TORQUE_SIZE = 13, 7  # four and two vectors, and the age of the measurement that drives them
+FRESH = (1.0, 1.0)  # all axes of velocity and angular velocity were measured in this interval
+FORCE_SIZE, TORQUE_SIZE = 15, 9  # four and two vectors, and the age of the measurement that drives each axis
 CHAIN_TOLERANCE = 1e-3  # relative, of roots near a double one, which rounding moves by its square root
 
 
@@ -55,7 +56,7 @@ class Rejection(Protocol):
             angular_acceleration: The same, SX (3,) [rad/s^2], body.
             interval: [s].
             error: SX (3,) [m], world: position less its nearest point on the path, or less a target that waits.
-            fresh: Whether velocity and angular velocity were measured in this interval (1) or are older (0).
+            fresh: Freshness of velocity and angular velocity in this interval, see `gammastar.law.measurement`.
         """
 
     def unknown(self, estimate: Any) -> Unknown:
@@ -94,8 +95,8 @@ class Observer:
 
     def start(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
         """Return the memory (size,) that knows the motion and no unknown yet."""
-        force = [*velocity, *np.zeros(10)] if self.force is not None else []
-        torque = [*angular_velocity, *np.zeros(4)] if self.torque is not None else []
+        force = [*velocity, *np.zeros(12)] if self.force is not None else []
+        torque = [*angular_velocity, *np.zeros(6)] if self.torque is not None else []
         return np.array([*force, *torque], dtype=float)
 
     def advanced(
@@ -124,7 +125,7 @@ class Observer:
         if self.force is not None:
             unknown = Unknown(estimate[3:6], estimate[6:9], estimate[9:12])
         if self.torque is not None:
-            unknown = unknown._replace(angular_acceleration=estimate[self.size - 4 : self.size - 1])
+            unknown = unknown._replace(angular_acceleration=estimate[self.size - 6 : self.size - 3])
         return unknown
 
 
@@ -147,18 +148,18 @@ def observer_gains(count: int, bandwidth: Any, age: Any) -> list[Any]:
 
 
 def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: float, interval: float, fresh: Any) -> Any:
-    """Graph: return one chain after an interval, predicted with the model's mean rate and corrected if a measurement is fresh.
+    """Graph: return one chain after an interval, predicted with the model's mean rate and corrected where a measurement is fresh.
 
-    A chain is its vectors, value first, and the age of its last measurement at the end.
+    A chain is its vectors, value first, and at the end, by axis, the time since the last measurement.
     """
-    chain, age = ca.reshape(estimate[:-1], 3, -1), estimate[-1] + interval
+    chain, age, new = ca.reshape(estimate[:-3], 3, -1), estimate[-3:] + interval, fresh_axes(fresh)
     count = chain.shape[1]
     predicted = [_taylor(chain[:, k:], interval) for k in range(count)]
     predicted[0] += rate * interval
-    innovation = fresh * (measured - predicted[0])
+    innovation = new * (measured - predicted[0])
     gains = observer_gains(count, bandwidth, age)
     corrected = [value + gain * innovation for value, gain in zip(predicted, gains, strict=True)]
-    return ca.vertcat(*corrected, (1 - fresh) * age)
+    return ca.vertcat(*corrected, (1 - new) * age)
 
 
 def _taylor(derivatives: Any, interval: Any) -> Any:
