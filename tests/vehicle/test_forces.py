@@ -38,7 +38,7 @@ def force_of(force: object, values: list[object], wind: object = (0, 0, 0)) -> n
 
 @pytest.mark.parametrize("name", FORCES)
 def test_jerk_and_snap_are_the_derivatives_of_acceleration_along_the_flow(name: str) -> None:
-    """j = a', s = a'' along the motion itself, by central differences of fourth order."""
+    """J = a', s = a'' along the motion itself, by central differences of fourth order."""
     vehicle, state, control = vehicle_with(name), symbols(), ca.SX.sym("input", 4)
     rates = vehicle.rates(state, control[0], control[1:])
     turning = ca.vec(ca.mtimes(state.attitude, so3.hat(state.angular_velocity)))

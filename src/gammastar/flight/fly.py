@@ -19,6 +19,7 @@ from gammastar.flight.sensors import SensorNoise
 from gammastar.flight.timing import timing
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.law import AnyReference, Heading, Law, Speed
+from gammastar.law.guidance import Guidance
 from gammastar.law.law import Yaw
 from gammastar.law.reference import reference_given
 from gammastar.path import ParametricPath
@@ -129,7 +130,7 @@ def fly(
         truth=loop.truth,
         start=start,
         reference=wanted,
-        yaw_reference=loop.yaw,
+        yaw_reference=loop.guidance.yaw,
         settled_within=settled_within,
         phases=tuple(phases[: len(parts)]),
         nominal=feedback == "continuous"
@@ -211,10 +212,8 @@ def prepared(
     interval, substeps, steps = timing(feedback, step, rate, duration)
     x, parameter = law.start_vector(start)
     loop = ClosedLoop(
-        law=law,
+        guidance=Guidance(law, reference.resolved(law.path, parameter), yaw),
         truth=law.vehicle if truth is None else truth,
-        reference=reference.resolved(law.path, parameter),
-        yaw=yaw,
         integrator=integrator_by_name(integrator),
         feedback=feedback,  # type: ignore[arg-type]
         interval=interval,
@@ -230,7 +229,7 @@ def _continued(loop: ClosedLoop, last: np.ndarray, phase: Phase, time: float) ->
     """Return the loop of the next phase and its state (27,) at its first time [s], from the last state of the one before."""
     parameter = phase.law.path.start_parameter(last[:3])
     reference = phase.reference.resolved(phase.law.path, parameter).moved(time)
-    following = dataclasses.replace(loop, law=phase.law, reference=reference)
+    following = dataclasses.replace(loop, guidance=Guidance(phase.law, reference, loop.guidance.yaw))
     first = following.start(last[:STATE_SIZE], parameter, held=last[HELD])
     _require_finite(first)
     return following, first

@@ -17,12 +17,8 @@ from gammastar.flight.integrator import Integrator
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import measured
 from gammastar.law import Law, Reference, linearize
-from gammastar.law.approach import CAPTURE_RESIDUAL, CAPTURE_STEPS, floored
-from gammastar.law.heading import Heading, heading_key
-from gammastar.law.law import Yaw
+from gammastar.law.guidance import Decision, Guidance, Surroundings, chosen
 from gammastar.law.piecewise import DATA_SIZE
-from gammastar.law.reference import wanted
-from gammastar.path import ParametricPath
 from gammastar.vehicle import StateGraph, Vehicle, join, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -39,35 +35,26 @@ LOOP_SIZE = STATE_SIZE + 7
 
 
 @dataclass(frozen=True, eq=False)
-class Decision:
-    """Graph: what the law does at one instant."""
-
-    input: Any  # SX (4,)
-    parameter_rate: Any  # SX, of the tracked path parameter; zero while the target waits
-    constrained: Any  # SX, 1 where the approach bends the linear law: target waiting, error cut or thrust on its way to the floor
-
-
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """Graph: the numbers of this step's part of the path and of the reference."""
-
-    path: Any  # SX (path.data_size,)
-    reference: Any  # SX (20,), see `gammastar.law.piecewise`
-
-
-@dataclass(frozen=True, eq=False)
 class ClosedLoop:
     """A law around a vehicle: what is believed, what is true, how often the law runs and how the motion is integrated."""
 
-    law: Law
+    guidance: Guidance
     truth: Vehicle
-    reference: Reference
-    yaw: Yaw  # constant reference of beta(r), or a heading
     integrator: Integrator
     feedback: Feedback
     interval: float  # [s] between rows of the record: the integration step, or the control interval
     substeps: int  # integration steps in an interval; 1 for continuous feedback
     noisy: bool
+
+    @property
+    def law(self) -> Law:
+        """Return the law that is flown."""
+        return self.guidance.law
+
+    @property
+    def reference(self) -> Reference:
+        """Return the reference along the path."""
+        return self.guidance.reference
 
     def step(self) -> Any:
         """Return the function of one interval: (loop state (27,), what comes from outside) -> (next, observation).
@@ -97,10 +84,8 @@ class ClosedLoop:
     @property
     def _signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of `_core` as a constant."""
-        reference = (self.reference.holds_position, self.reference.over_progress)
         timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noisy)
-        yaw = heading_key(self.yaw) if isinstance(self.yaw, Heading) else self.yaw
-        return ("step", self.law.signature, self.truth.signature, reference, yaw, timing)
+        return ("step", self.guidance.signature, self.truth.signature, timing)
 
     def _core(self) -> Any:
         """Return the function (loop state, [time, noise, data of reference and path]) -> (next loop state, observation)."""
@@ -123,10 +108,7 @@ class ClosedLoop:
 
     def start(self, state: np.ndarray, parameter: float, held: np.ndarray | None = None) -> np.ndarray:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
-        law, waiting = self.law, 0.0
-        if law.approach is not None:
-            entry = engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)
-            waiting = float(entry(state, law.place(parameter))) < law.approach.enter
+        law, waiting = self.law, self.guidance.starts_waiting(state, parameter)
         key = np.array([parameter if self.reference.over_progress else 0.0])
         inputs = np.concatenate([self.reference.pieces.data(key)[:, 0], law.place(parameter)[1:]])
         decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
@@ -138,62 +120,19 @@ class ClosedLoop:
         state, parameter, waiting = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("parameter"), ca.SX.sym("waiting")
         inputs = ca.SX.sym("inputs", DATA_SIZE + self.law.path.data_size)
         around = Surroundings(inputs[DATA_SIZE:], inputs[:DATA_SIZE])
-        decision = self._decide(split(state), parameter, waiting, 0.0, around)
+        decision = self.guidance.decide(split(state), parameter, waiting, 0.0, around)
         return ca.Function("start", [state, parameter, waiting, inputs], [decision.input])
-
-    def _decide(self, state: StateGraph, parameter: Any, waiting: Any, time: Any, around: Surroundings) -> Decision:
-        """Graph: return the input at a state in the mode that holds, waiting (1) or following (0)."""
-        law, place, over_progress = self.law, ca.vertcat(parameter, around.path), self.reference.over_progress
-
-        def reference(tangential: Any) -> Any:
-            return wanted(over_progress, time, tangential, around.reference)
-
-        control = law.control(state, place, reference, self.yaw, self.reference.holds_position)
-        outputs = control.linearization.outputs
-        if law.approach is None:
-            return Decision(control.input, outputs.tangential[1], 0)
-        waited = law.wait(state, place, self.yaw)
-        free = _chosen(waiting, waited, control.input)
-        kept = floored(state, free, law.approach.floor(law.vehicle))
-        cut = ca.norm_2(outputs.transverse[:, 0]) > law.longest_error
-        constrained = ca.logic_or(ca.logic_or(waiting, cut), kept[0] > free[0])
-        return Decision(kept, ca.if_else(waiting, 0, outputs.tangential[1]), constrained)
-
-    def _mode(self, state: StateGraph, parameter: Any, waiting: Any, data: Any) -> tuple[Any, Any]:
-        """Graph: return the parameter to use and whether the target waits, from what held until now."""
-        law = self.law
-        if law.approach is None:
-            return parameter, ca.SX(0)
-        assert isinstance(law.path, ParametricPath)
-        margin, _, _ = law.path.nearness(state.position, state.velocity, ca.vertcat(parameter, data))
-        candidate = law.path.track(state.position, ca.vertcat(parameter, data), CAPTURE_STEPS)
-        entering, residual = self._entering(state, ca.vertcat(candidate, data))
-        captured = ca.logic_and(entering > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
-        captured = ca.logic_and(captured, law.path.holds(candidate, data))
-        still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
-        return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
-
-    def _entering(self, state: StateGraph, place: Any) -> tuple[Any, Any]:
-        """Graph: return the focal margin that is left when the velocity across the path has died out, and the place's residual."""
-        assert isinstance(self.law.path, ParametricPath)
-        margin, rate, residual = self.law.path.nearness(state.position, state.velocity, place)
-        return margin - self.law.lead * rate, residual
-
-    def _entry(self) -> Any:
-        """Return the function (state, place) -> margin that decides whether a flight starts by waiting."""
-        state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
-        return ca.Function("entry", [state, place], [self._entering(split(state), place)[0]])
 
     def _continuous(
         self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings
     ) -> tuple[Any, Decision, Any, Any]:
         """Graph: feedback in every stage; the path parameter is integrated too and corrected at the end."""
         path, data, decisions = self.law.path, around.path, list[Decision]()
-        parameter, waiting = self._mode(state, loop_state[PARAMETER], loop_state[WAITING], data)
+        parameter, waiting = self.guidance.mode(state, loop_state[PARAMETER], loop_state[WAITING], data)
 
         def field(now: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
             current = _with(attitude, euclidean)
-            decision = self._decide(current, euclidean[11], waiting, now, around)
+            decision = self.guidance.decide(current, euclidean[11], waiting, now, around)
             decisions.append(decision)
             rate = self._vehicle_rate(self.truth, current, decision.input)
             return current.angular_velocity, ca.vertcat(rate, decision.parameter_rate)
@@ -216,13 +155,13 @@ class ClosedLoop:
         path, data, held = self.law.path, around.path, loop_state[PARAMETER]
         seen = measured(state, noise) if self.noisy else state
         tracked = ca.if_else(loop_state[WAITING], held, path.track(seen.position, ca.vertcat(held, data)))
-        parameter, waiting = self._mode(seen, tracked, loop_state[WAITING], data)
+        parameter, waiting = self.guidance.mode(seen, tracked, loop_state[WAITING], data)
         used, used_time, left = seen, time, self.interval
         if self.feedback == "middle":
             used_time, left = time + self.interval / 2, self.interval / 2
             used = self._moved(self.law.vehicle, seen, loop_state[HELD], time, self.interval / 2)
             parameter = ca.if_else(waiting, parameter, path.track(used.position, ca.vertcat(parameter, data)))
-        decision = self._decide(used, parameter, waiting, used_time, around)
+        decision = self.guidance.decide(used, parameter, waiting, used_time, around)
         ahead = parameter + left * decision.parameter_rate
         symbols = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("input", 4), ca.SX.sym("time")
         moved = self._moved(self.truth, split(symbols[0]), symbols[1], symbols[2], self.interval / self.substeps)
@@ -260,8 +199,8 @@ class ClosedLoop:
         if self.law.approach is not None:
             error = state.position - self.law.path.foot(state.position, ca.vertcat(parameter, data))
             chain = ca.horzcat(error, state.velocity, self.truth.acceleration(state), self.truth.jerk(state))
-            transverse = _chosen(waiting, chain, transverse)
-            tangential = _chosen(waiting, ca.vertcat(parameter, 0, 0, 0), tangential)
+            transverse = chosen(waiting, chain, transverse)
+            tangential = chosen(waiting, ca.vertcat(parameter, 0, 0, 0), tangential)
         return ca.vertcat(
             decision.input,
             ca.vec(transverse),
@@ -287,9 +226,3 @@ def _euclidean(state: StateGraph) -> Any:
 def _with(attitude: Any, euclidean: Any) -> StateGraph:
     """Graph: return the state of an attitude and the Euclidean parts; entries after the eleventh are ignored."""
     return StateGraph(euclidean[0:3], euclidean[3:6], attitude, euclidean[6:9], euclidean[9], euclidean[10])
-
-
-def _chosen(condition: Any, first: Any, second: Any) -> Any:
-    """Graph: return one of two matrices, entry by entry, so that what is not chosen may be infinite."""
-    pairs = zip(ca.vertsplit(ca.vec(first)), ca.vertsplit(ca.vec(second)), strict=True)
-    return ca.reshape(ca.vertcat(*(ca.if_else(condition, a, b) for a, b in pairs)), *second.shape)

@@ -20,7 +20,7 @@ from gammastar.law.linearization import Linearization, decoupling_matrix, linear
 from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
 from gammastar.law.reference import AnyReference, reference_given
 from gammastar.path import Path
-from gammastar.vehicle import State, StateGraph, Vehicle, split
+from gammastar.vehicle import NOTHING, State, StateGraph, Unknown, Vehicle, split
 
 SMALLEST_MARGIN = 1e-6  # focal margin at which a start counts as singular; the law's gain grows as its inverse
 
@@ -33,6 +33,13 @@ class Control:
 
     input: Any  # SX (4,): second derivative of the thrust [N/s^2], torque [N m], body
     linearization: Linearization
+    rates: tuple[Any, Any, Any]  # SX: wanted highest derivatives of the transverse, tangential and yaw outputs
+
+    def along(self) -> Any:
+        """Graph: return what the input SX (4,) gains by one unit of the highest derivative along the path; the input is affine in it."""
+        transverse, _, yaw = self.rates
+        along = ca.SX.sym("along")
+        return ca.jacobian(self.linearization.input_for(transverse, along, yaw), along)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +73,15 @@ class Law:
         symbol = ca.SX.sym("yaw_rate")
         return str(ca.Function("beta", [symbol], [ca.SX(self.yaw_output(symbol))]).serialize())
 
-    def control(self, state: StateGraph, place: Any, reference: Any, yaw: Any, holds_position: bool) -> Control:
+    def control(
+        self,
+        state: StateGraph,
+        place: Any,
+        reference: Any,
+        yaw: Any,
+        holds_position: bool,
+        unknown: Unknown = NOTHING,
+    ) -> Control:
         """Graph: return the input at a state.
 
         Args:
@@ -76,8 +91,9 @@ class Law:
                 from eta_1 ... eta_4, SX (4,).
             yaw: Constant reference of beta(r), or SX (2,) with its rate, or a heading.
             holds_position: Whether the reference coordinate counts, or only its derivatives.
+            unknown: What acts on the vehicle beyond its model.
         """
-        linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output)
+        linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output, unknown)
         outputs = linearization.outputs
         if callable(reference):
             reference = reference(outputs.tangential)
@@ -92,18 +108,21 @@ class Law:
         transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * transverse)
         tangential_rate = reference[4] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
         yaw_rate = self._yaw_rate(yaw, state, place, outputs.tangential[1], linearization.yaw_value)
-        return Control(linearization.input_for(transverse_rate, tangential_rate, yaw_rate), linearization)
+        rates = (transverse_rate, tangential_rate, yaw_rate)
+        return Control(linearization.input_for(*rates), linearization, rates)
 
-    def wait(self, state: StateGraph, place: Any, yaw: Any) -> Any:
+    def wait(self, state: StateGraph, place: Any, yaw: Any, unknown: Unknown = NOTHING) -> Any:
         """Graph: return the input SX (4,) that brings the vehicle to a fixed place of the path and holds it there.
 
         The chain of the transverse outputs in all three directions, with the same poles and the same bound.
         """
         error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
-        chain = ca.horzcat(error, state.velocity, self.vehicle.acceleration(state), self.vehicle.jerk(state))
+        acceleration, jerk = self.vehicle.acceleration(state, unknown), self.vehicle.jerk(state, unknown)
+        chain = ca.horzcat(error, state.velocity, acceleration, jerk)
         snap = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
         value, slope = yaw_terms(self.yaw_output, state.angular_velocity[2])
-        return self.vehicle.input_for(state, snap, self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope)
+        yaw_acceleration = self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope
+        return self.vehicle.input_for(state, snap, yaw_acceleration, unknown)
 
     @property
     def lead(self) -> float:

@@ -10,7 +10,7 @@ import casadi as ca
 
 from gammastar.path import Path, PathOutputs
 from gammastar.taylor import Series
-from gammastar.vehicle import StateGraph, Vehicle
+from gammastar.vehicle import CALM, NOTHING, StateGraph, Unknown, Vehicle
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,7 @@ class Linearization:
     outputs: PathOutputs
     yaw_value: Any  # SX, eta_21 = beta(r)
     yaw_slope: Any  # SX, d beta / d r
+    unknown: Unknown = NOTHING  # what acts on the vehicle beyond its model
 
     def input_for(self, transverse_rate: Any, tangential_rate: Any, yaw_rate: Any) -> Any:
         """Graph: return the input SX (4,) that gives the chains these highest derivatives, Eq. (23).
@@ -29,7 +30,7 @@ class Linearization:
         Solved in two closed-form steps: outputs' fourth derivatives to snap, snap and r' to (u_d, torque).
         """
         snap = self.outputs.snap(transverse_rate, tangential_rate)
-        return self.vehicle.input_for(self.state, snap, yaw_rate / self.yaw_slope)
+        return self.vehicle.input_for(self.state, snap, yaw_rate / self.yaw_slope, self.unknown)
 
     def internal_state(self) -> Any:
         """Graph: return mu SX (7,), Eq. (20): the first two columns of R and the thrust."""
@@ -37,15 +38,25 @@ class Linearization:
 
 
 def linearize(
-    vehicle: Vehicle, path: Path, state: StateGraph, place: Any, yaw_output: Callable[[Any], Any]
+    vehicle: Vehicle,
+    path: Path,
+    state: StateGraph,
+    place: Any,
+    yaw_output: Callable[[Any], Any],
+    unknown: Unknown = NOTHING,
+    wind: Any = CALM,
 ) -> Linearization:
     """Graph: return the outputs, their derivatives and the linearizing feedback at a state and a tracked place."""
     position = Series.from_derivatives(
-        [state.position, state.velocity, vehicle.acceleration(state), vehicle.jerk(state)]
+        [
+            state.position,
+            state.velocity,
+            vehicle.acceleration(state, unknown, wind),
+            vehicle.jerk(state, unknown, wind),
+        ]
     )
-    return Linearization(
-        vehicle, state, path.outputs(position, place), *yaw_terms(yaw_output, state.angular_velocity[2])
-    )
+    value, slope = yaw_terms(yaw_output, state.angular_velocity[2])
+    return Linearization(vehicle, state, path.outputs(position, place), value, slope, unknown)
 
 
 def yaw_terms(yaw_output: Callable[[Any], Any], yaw_rate: Any) -> tuple[Any, Any]:

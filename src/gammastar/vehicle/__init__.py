@@ -1,10 +1,11 @@
 """Bodies: what flies, what acts on it, and the state it has."""
 
-from gammastar.vehicle.body import NOTHING, Rates, Unknown, Vehicle
+from gammastar.vehicle.body import CALM, NOTHING, Rates, Unknown, Vehicle
 from gammastar.vehicle.forces import Buoyancy, CustomForce, Force, LinearDrag, QuadraticDrag, RotorDrag
 from gammastar.vehicle.state import State, StateGraph, join, split
 
 __all__ = [
+    "CALM",
     "NOTHING",
     "Buoyancy",
     "CustomForce",

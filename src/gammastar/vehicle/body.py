@@ -41,6 +41,7 @@ class Unknown(NamedTuple):
 
 NOTHING = Unknown()
 CALM = (0.0, 0.0, 0.0)  # [m/s] wind
+MEASURED = 0.02  # relative: by so much moments that were measured one by one may miss the triangle inequality
 LEAST_SHARE = 1e-6  # of the determinant of the map from inputs to snap that forces must leave at rest
 
 
@@ -261,7 +262,7 @@ def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
             f"inertia [kg m^2] must be positive definite (got principal moments {moments.tolist()}); check the diagonal"
         )
     magnitude(moments[0], "the least moment of the inertia [kg m^2]", above=0)
-    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+    if moments[2] > (moments[0] + moments[1]) * (1 + MEASURED):
         raise InputError(
             f"inertia [kg m^2] must satisfy the triangle inequality (got principal moments {moments.tolist()}); "
             "no body has a moment larger than the sum of the other two"
