@@ -34,7 +34,7 @@ if _TYPE_CHECKING:
     from gammastar.path.placement import placed
     from gammastar.path.table import read_points
     from gammastar.path.waypoints import waypoints
-    from gammastar.vehicle import State, Vehicle
+    from gammastar.vehicle import Rotors, State, Vehicle
 
 __all__ = [
     "Along",
@@ -54,6 +54,7 @@ __all__ = [
     "Profile",
     "Ramp",
     "Replacement",
+    "Rotors",
     "SensorNoise",
     "Speed",
     "State",
@@ -92,7 +93,7 @@ _ROOMS = {  # room -> the public names that it has
     "path.placement": ("placed",),
     "path.table": ("read_points",),
     "path.waypoints": ("waypoints",),
-    "vehicle": ("State", "Vehicle"),
+    "vehicle": ("Rotors", "State", "Vehicle"),
 }
 _HOMES = {name: (room, name) for room, names in _ROOMS.items() for name in names}
 _HOMES["load_mission"] = ("mission", "load")

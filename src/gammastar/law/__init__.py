@@ -1,5 +1,6 @@
 """The feedback law as a graph with explicit state, its gains, references and its closed-form prediction."""
 
+from gammastar.law.allocation import Allocation, Extra, allocate
 from gammastar.law.approach import Approach
 from gammastar.law.design import design
 from gammastar.law.gains import gains_from_poles
@@ -13,11 +14,13 @@ from gammastar.law.profile import Profile
 from gammastar.law.reference import AnyReference, Point, Ramp, Reference, Speed, Stop
 
 __all__ = [
+    "Allocation",
     "Along",
     "AnyReference",
     "Approach",
     "Azimuth",
     "Control",
+    "Extra",
     "Heading",
     "IntegralAction",
     "Law",
@@ -34,6 +37,7 @@ __all__ = [
     "Speed",
     "Stop",
     "Towards",
+    "allocate",
     "decoupling_matrix",
     "design",
     "gains_from_poles",

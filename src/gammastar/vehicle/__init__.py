@@ -2,6 +2,7 @@
 
 from gammastar.vehicle.body import CALM, NOTHING, Rates, Unknown, Vehicle
 from gammastar.vehicle.forces import Buoyancy, CustomForce, Force, LinearDrag, QuadraticDrag, RotorDrag
+from gammastar.vehicle.rotors import Hover, Rotors
 from gammastar.vehicle.state import State, StateGraph, join, split
 
 __all__ = [
@@ -10,10 +11,12 @@ __all__ = [
     "Buoyancy",
     "CustomForce",
     "Force",
+    "Hover",
     "LinearDrag",
     "QuadraticDrag",
     "Rates",
     "RotorDrag",
+    "Rotors",
     "State",
     "StateGraph",
     "Unknown",

@@ -1,0 +1,87 @@
+"""What a set of rotors can give: wrenches (thrust, torque) that fill a zonotope, cut out of space by known slabs.
+
+Rotor thrusts f between lowest and highest are middle + half u with |u_i| <= 1.  The wrenches mixer f then fill a zonotope about
+mixer middle, and it is the intersection of the slabs |n . (wrench - mixer middle)| <= sum_i |n . column_i| half_i, where n is
+normal to three columns of the mixer (Ziegler, Lectures on Polytopes, Lecture 7).  The normals depend on the mixer alone, so limits
+that change in flight need no new geometry.  Where a direction of the wrench may be given up, the set is projected along it, and
+the normals are those to that direction and one column fewer.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+SMALL = 1e-8  # sine of an angle below which directions count as parallel: the root of the rounding error
+UNBOUNDED = 1e30  # end of an interval that has none
+
+
+def normals(columns: np.ndarray, given_up: Sequence[np.ndarray] = ()) -> np.ndarray:
+    """Return the unit normals (k, 4) of the slabs of a zonotope, projected along what may be given up.
+
+    Args:
+        columns: (4, n) of the mixer, rows scaled to similar size.
+        given_up: Directions (4,) of the wrench, at most two.
+    """
+    found = _crosses([(*given_up, *chosen) for chosen in itertools.combinations(_units(columns), 3 - len(given_up))])
+    lengths = np.linalg.norm(found, axis=1)
+    found = found[lengths > SMALL] / lengths[lengths > SMALL, None]
+    leading = found[np.arange(len(found)), np.argmax(np.abs(found) > SMALL, axis=1)]
+    _, first = np.unique(np.round(found * np.sign(leading)[:, None], 9), axis=0, return_index=True)
+    return np.asarray(found[np.sort(first)])
+
+
+def normals_across(direction: Any, columns: np.ndarray, given_up: Sequence[np.ndarray] = ()) -> Any:
+    """Graph: return normals SX (k, 4) as `normals` does, with a direction SX (4,) that may be given up as well.
+
+    They are not of unit length: the generalised cross product is linear in the direction.  A direction that is given up only so far adds
+    its own segment to the set, whose slabs are then these and those of `normals`.
+    """
+    fixed = [(*given_up, *chosen) for chosen in itertools.combinations(_units(columns), 2 - len(given_up))]
+    by_axis = [ca.DM(_crosses([(*pair, axis) for pair in fixed])) for axis in np.eye(4)]
+    return sum((by_axis[k] * direction[k] for k in range(4)), ca.SX(len(fixed), 4))
+
+
+def interval(slab_normals: Any, radius: Any, offset: Any, slope: Any) -> tuple[Any, Any]:
+    """Graph: return least and greatest x with offset + slope x inside every slab; the least is the greater one when there is none.
+
+    Args:
+        slab_normals: SX (k, 4) or numbers.
+        radius: SX (k,), half the width of each slab in units of its normal.
+        offset: SX (4,) from the middle of the set.
+        slope: SX (4,); slabs along it say nothing about x.
+    """
+    here, change = ca.mtimes(slab_normals, offset), ca.mtimes(slab_normals, slope)
+    length = ca.sum2(slab_normals**2)
+    counts = ca.logic_and(change**2 > SMALL**2 * length * ca.sumsqr(slope), length > SMALL**2)
+    divisor = ca.if_else(counts, change, 1)
+    middle, reach = -here / divisor, radius / ca.fabs(divisor)
+    return (
+        ca.mmax(ca.if_else(counts, middle - reach, -UNBOUNDED)),
+        ca.mmin(ca.if_else(counts, middle + reach, UNBOUNDED)),
+    )
+
+
+def radius(slab_normals: Any, columns: Any, half: Any) -> Any:
+    """Graph: return half the widths SX (k,) of slabs about columns (4, n) with coefficients up to half SX (n,)."""
+    return ca.mtimes(ca.fabs(ca.mtimes(slab_normals, columns)), half)
+
+
+def clipped(value: Any, ends: tuple[Any, Any]) -> Any:
+    """Graph: return a value cut to an interval."""
+    return ca.fmin(ca.fmax(value, ends[0]), ends[1])
+
+
+def _units(columns: np.ndarray) -> list[np.ndarray]:
+    return list((columns / np.linalg.norm(columns, axis=0)).T)
+
+
+def _crosses(triples: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
+    """Return the generalised cross products (k, 4) of triples of vectors (4,): normal to all three, zero if they are dependent."""
+    rows = np.array(triples, dtype=float).reshape(-1, 3, 4)
+    minors = [np.linalg.det(np.delete(rows, k, axis=2)) * (-1) ** k for k in range(4)]
+    return np.column_stack(minors)
