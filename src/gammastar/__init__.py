@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 if _TYPE_CHECKING:
     from gammastar import errors, so3
     from gammastar.certificate import Limits, certify
-    from gammastar.flight import INTEGRATORS, FlightRecord, Replacement, SensorNoise, Status, fly
+    from gammastar.flight import INTEGRATORS, Channel, FlightRecord, Replacement, SensorNoise, Sensors, Status, fly
     from gammastar.law import (
         Along,
         Approach,
@@ -40,6 +40,7 @@ __all__ = [
     "Along",
     "Approach",
     "Azimuth",
+    "Channel",
     "Curve",
     "FlightRecord",
     "INTEGRATORS",
@@ -56,6 +57,7 @@ __all__ = [
     "Replacement",
     "Rotors",
     "SensorNoise",
+    "Sensors",
     "Speed",
     "State",
     "Status",
@@ -81,7 +83,7 @@ __version__ = "0.1.0"
 
 _ROOMS = {  # room -> the public names that it has
     "certificate": ("Limits", "certify"),
-    "flight": ("FlightRecord", "INTEGRATORS", "Replacement", "SensorNoise", "Status", "fly"),
+    "flight": ("Channel", "FlightRecord", "INTEGRATORS", "Replacement", "SensorNoise", "Sensors", "Status", "fly"),
     "law": (
         *("Along", "Approach", "Azimuth", "Law", "Leg", "Legs", "Point", "Prediction", "Profile"),
         *("Ramp", "Speed", "Stop", "Towards", "design"),

@@ -4,7 +4,7 @@ from gammastar.flight.fly import fly
 from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
 from gammastar.flight.phases import Phase, Replacement
 from gammastar.flight.record import FlightRecord, Status, Summary
-from gammastar.flight.sensors import SensorNoise
+from gammastar.flight.sensors import PATH_FLYER, Channel, SensorNoise, Sensors
 
 __all__ = [
     "INTEGRATORS",
@@ -12,7 +12,10 @@ __all__ = [
     "Integrator",
     "Phase",
     "Replacement",
+    "PATH_FLYER",
+    "Channel",
     "SensorNoise",
+    "Sensors",
     "Status",
     "Summary",
     "fly",

@@ -1,20 +1,26 @@
-"""Sensor noise: independent Gaussian samples on what the law is told, seeded and reproducible."""
+"""What the law is told: white noise on every sample, or sensors with rates, biases, delays and lost samples; seeded, reproducible."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import array, number
+from gammastar.checks import array, instance, number, three, whole
 from gammastar.errors import InputError
-from gammastar.vehicle import StateGraph
+from gammastar.law.measurement import CHANNELS, freshness
+from gammastar.vehicle import State, StateGraph
 
-CHANNELS = ("position", "velocity", "attitude", "angular_velocity")
-SIZE = 12  # three numbers a channel
+SIZE = 12  # of a sample of noise: three numbers a channel
+WIDTHS = (3, 3, 9, 3)  # numbers of a measurement by channel
+HELD = sum(WIDTHS)
+MOST_DELAY = 500  # control intervals of delay; every one is kept in the state of the loop
+ROUNDING = 1e-6  # of an interval, by which a delay or a sampling instant may miss whole intervals
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,3 +72,155 @@ def measured(state: StateGraph, noise: Any) -> StateGraph:
         state.thrust,
         state.thrust_rate,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One sensor: what it adds to the truth, how often it samples, how late it is and how often a sample is lost.
+
+    Raises:
+        InputError: A deviation or a delay is negative, a rate is not positive, or dropout is not a probability below one.
+    """
+
+    deviation: ArrayLike = (
+        0.0  # standard deviation of one sample, scalar or (3,): [m], [m/s], [rad], [rad/s] by channel
+    )
+    rate: ArrayLike | None = (
+        None  # [Hz], scalar or (3,); None, or above the control rate, is once every control interval
+    )
+    bias: ArrayLike = 0.0  # constant error, scalar or (3,), unit and axes of the deviation
+    delay: float = 0.0  # [s], rounded up to whole control intervals
+    dropout: float = 0.0  # probability that a sample is lost; the one before is held on
+
+    def __post_init__(self) -> None:
+        for name in ("deviation", "bias"):
+            object.__setattr__(self, name, three(getattr(self, name), f"{name} of a sensor"))
+        if np.any(np.asarray(self.deviation) < 0):
+            raise InputError(
+                f"deviation of a sensor must not be negative (got {np.asarray(self.deviation).tolist()}); give standard deviations"
+            )
+        if self.rate is not None:
+            rate = three(self.rate, "rate of a sensor [Hz]")
+            if np.any(rate <= 0):
+                raise InputError(
+                    f"rate of a sensor [Hz] must be positive (got {rate.tolist()}); leave it out for every control interval"
+                )
+            object.__setattr__(self, "rate", rate)
+        object.__setattr__(self, "delay", number(self.delay, "delay of a sensor [s]", at_least=0))
+        object.__setattr__(self, "dropout", number(self.dropout, "dropout of a sensor", at_least=0))
+        if self.dropout >= 1:
+            raise InputError(
+                f"dropout of a sensor must be a probability below one (got {self.dropout:g}); give the share of lost samples"
+            )
+
+    def late(self, control_rate: float) -> int:
+        """Return the delay in control intervals, rounded up.
+
+        Raises:
+            InputError: Too many of them.
+        """
+        wanted = self.delay * control_rate
+        if wanted > MOST_DELAY:
+            raise InputError(
+                f"delay of a sensor must be at most {MOST_DELAY} control intervals (got {wanted:.4g}); shorten it or lower the control rate"
+            )
+        return math.ceil(wanted - ROUNDING)
+
+    def sampled(self, intervals: int, control_rate: float) -> np.ndarray:
+        """Return (3, intervals) flags: the axes that are sampled in each control interval; all are in the first one."""
+        if self.rate is None:
+            return np.ones((3, intervals))
+        share = np.minimum(np.asarray(self.rate) / control_rate, 1)[:, None]
+        counted = np.floor(share * np.arange(-1, intervals) + ROUNDING)
+        return np.diff(counted, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """Four sensors of a vehicle; between samples each holds its last one.
+
+    Sample k of a channel depends on the seed, the channel and k alone: neither on the other channels nor on the length of the flight.
+    The memory of the loop holds the last samples and, for each channel, the true values that are on their way.  Attitude errors are
+    rotation vectors in body axes, R exp(error), and all axes of an attitude are sampled at once.
+    """
+
+    position: Channel = Channel()  # [m], world axes
+    velocity: Channel = Channel()  # [m/s], world axes
+    attitude: Channel = Channel()  # [rad], body axes
+    angular_velocity: Channel = Channel()  # [rad/s], body axes
+
+    def __post_init__(self) -> None:
+        for name in CHANNELS:
+            instance(getattr(self, name), Channel, f"sensor of {name}", "make one with gs.Channel()")
+        if self.attitude.rate is not None and np.ptp(np.asarray(self.attitude.rate)) > 0:
+            raise InputError(
+                f"rate of the attitude sensor [Hz] must be one number (got {np.asarray(self.attitude.rate).tolist()}); "
+                "a rotation is measured whole"
+            )
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Return the four channels in their order."""
+        return self.position, self.velocity, self.attitude, self.angular_velocity
+
+    def size(self, control_rate: float) -> int:
+        """Return how many numbers the sensors remember at a control rate [Hz]."""
+        return HELD + sum(
+            width * channel.late(control_rate) for width, channel in zip(WIDTHS, self.channels, strict=True)
+        )
+
+    def start(self, state: State, control_rate: float) -> np.ndarray:
+        """Return the memory (size,) of a vehicle that has been in a state for long, with errors by the biases alone."""
+        parts = [state.position, state.velocity, so3.stack(state.attitude), state.angular_velocity]
+        truth = [np.asarray(part, dtype=float) for part in parts]
+        biases = [np.asarray(channel.bias) for channel in self.channels]
+        turned = so3.stack(np.asarray(state.attitude) @ so3.exp(biases[2]))
+        held = [truth[0] + biases[0], truth[1] + biases[1], turned, truth[3] + biases[3]]
+        late = [np.tile(value, channel.late(control_rate)) for value, channel in zip(truth, self.channels, strict=True)]
+        return np.concatenate([*held, *late])
+
+    def exogenous(self, seed: int, intervals: int, control_rate: float) -> np.ndarray:
+        """Return (24, intervals) what comes from outside: by channel the error (3,) of a sample taken now and the axes sampled (3,)."""
+        rows = []
+        for index, channel in enumerate(self.channels):
+            draws = np.random.default_rng([whole(seed, "seed"), index]).standard_normal((intervals, 3)).T
+            kept = np.random.default_rng([whole(seed, "seed"), index, 1]).random(intervals) >= channel.dropout
+            error = np.asarray(channel.bias)[:, None] + np.asarray(channel.deviation)[:, None] * draws
+            rows += [error, channel.sampled(intervals, control_rate) * kept]
+        return np.vstack(rows)
+
+    def measured(self, memory: Any, state: StateGraph, outside: Any, control_rate: float) -> tuple[Any, Any]:
+        """Graph: return the next memory SX (size,) and the measurement SX (22,) of one control interval.
+
+        Args:
+            memory: SX (size,), from the interval before.
+            state: True state at the start of the interval.
+            outside: SX (24,), a column of `exogenous`.
+            control_rate: [Hz].
+        """
+        truth = [state.position, state.velocity, so3.stack(state.attitude), state.angular_velocity]
+        held = ca.vertsplit(memory[:HELD], [0, 3, 6, 15, 18])
+        samples, fresh, kept, first = [], [], [], HELD
+        for index, (width, channel) in enumerate(zip(WIDTHS, self.channels, strict=True)):
+            last = first + width * channel.late(control_rate)
+            queue = ca.vertcat(memory[first:last], truth[index])  # the oldest in front
+            sample, first = queue[:width], last
+            kept.append(queue[width:])
+            error, axes = outside[6 * index : 6 * index + 3], outside[6 * index + 3 : 6 * index + 6]
+            if width == 9:
+                sample, new = so3.stack(so3.unstack(sample) @ so3.exp(error)), axes[0]
+            else:
+                sample, new = sample + error, axes
+            samples.append(new * sample + (1 - new) * held[index])
+            fresh.append(freshness(axes))
+        told = ca.vertcat(*samples)
+        return ca.vertcat(told, *kept), ca.vertcat(told, *fresh)
+
+
+# Measured on an AscTec Hummingbird: Path-Flyer, Rubi et al.  For the third velocity no rate is printed: the height's is taken.
+PATH_FLYER = Sensors(
+    position=Channel((0.0224, 0.0224, 0.001), rate=(5, 5, 100)),
+    velocity=Channel((0.0224, 0.0224, 0.001), rate=(5, 5, 100)),
+    attitude=Channel(0.001, rate=100),
+    angular_velocity=Channel((0.01, 0.01, 0.001), rate=100),
+)
