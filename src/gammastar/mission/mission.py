@@ -173,8 +173,7 @@ class Mission:
     @functools.cached_property
     def _law(self) -> Law:
         file, controller = self.file, self.file.controller
-        with within("[vehicle]"):
-            vehicle = turn.vehicle_in_ned(Vehicle(**file.vehicle.arguments()), self.frame)
+        vehicle = file.vehicle.vehicle(self.frame)
         with within("[path]"):
             path = file.path.path(self.frame)
         with within("[controller]"):

@@ -16,6 +16,8 @@ def resolved(file: MissionFile, law: Law) -> dict[str, Any]:
     for name in ("limits", "replacements"):
         if not values[name]:
             del values[name]
+    if not values["vehicle"]["forces"]:
+        del values["vehicle"]["forces"]
     approach = law.approach
     if approach is not None:
         values["approach"] = vars(approach) | {"thrust_floor": approach.floor(law.vehicle)}

@@ -1,7 +1,7 @@
 """The sections of a mission file, and what each of them builds; numbers are in the mission's frame, `turn` takes them to `ned`.
 
-[vehicle] takes the arguments of `Vehicle`, [heading], [approach] and [limits] those of their classes: their signatures are the format,
-and nothing is listed twice.  For [path], [reference] and [[replacements]] see `paths`, `references` and `replacements`.
+[heading], [approach] and [limits] take the arguments of their classes: their signatures are the format, and nothing is listed twice.
+For [vehicle], [path], [reference] and [[replacements]] see `vehicles`, `paths`, `references` and `replacements`.
 """
 
 from __future__ import annotations
@@ -51,13 +51,12 @@ from gammastar.mission.values import (
     one_of,
     section_of,
 )
-from gammastar.vehicle import Vehicle
+from gammastar.mission.vehicles import VehicleArguments, VehicleSection
 
 HEADINGS: dict[str, type[Construction]] = {
     kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
     for kind in (Along, Azimuth, Towards)
 }
-VehicleSection = section_of(Vehicle, Construction)
 ApproachSection = section_of(Approach, Construction)
 LimitsSection = section_of(Limits, Construction)
 
@@ -156,7 +155,7 @@ class MissionFile(Section):
 
     title: Annotated[Text, AfterValidator(_title)] = ""
     frame: Annotated[str, one_of(FRAMES)] = "ned"
-    vehicle: SerializeAsAny[Construction]
+    vehicle: SerializeAsAny[VehicleArguments]
     path: AnyPath
     controller: ControllerSection = Field(default_factory=ControllerSection)
     approach: SerializeAsAny[Construction] | None = None
@@ -171,7 +170,7 @@ class MissionFile(Section):
 
     @field_validator("vehicle", mode="wrap")
     @classmethod
-    def _vehicle(cls, value: Any, handler: Any) -> Construction:
+    def _vehicle(cls, value: Any, handler: Any) -> VehicleArguments:
         return VehicleSection.model_validate(value)
 
     @field_validator("approach", mode="wrap")

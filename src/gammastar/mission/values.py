@@ -59,12 +59,15 @@ class Construction(Section):
 Kind = TypeVar("Kind", bound=Construction)
 
 
-def section_of(factory: Callable[..., Any], base: type[Kind], **tag: str) -> type[Kind]:
+def section_of(
+    factory: Callable[..., Any], base: type[Kind], types: Mapping[str, Any] | None = None, **tag: str
+) -> type[Kind]:
     """Return the section whose keys, types and defaults are those of a function's or class's own signature.
 
     Args:
-        factory: Its parameters must be annotated with numbers, strings, literals, `ArrayLike`, or formulas.
+        factory: Its parameters must be annotated with numbers, truth values, strings, literals, `ArrayLike`, or formulas.
         base: Section that it becomes one of, with its keys beside.
+        types: Of parameters that are none of these.
         tag: One more key and its value, by which the section is chosen from several.
     """
     fields: dict[str, Any] = {key: (str, value) for key, value in tag.items()}
@@ -72,7 +75,8 @@ def section_of(factory: Callable[..., Any], base: type[Kind], **tag: str) -> typ
         if name in tag:
             continue
         default = ... if parameter.default is parameter.empty else parameter.default
-        fields[name] = (_value_type(parameter.annotation), Field(default, validate_default=True))
+        kind = (types or {}).get(name) or _value_type(parameter.annotation)
+        fields[name] = (kind, Field(default, validate_default=True))
 
     class Arguments(base):  # type: ignore[misc, valid-type]
         @classmethod
@@ -238,7 +242,7 @@ def _value_type(hint: Any) -> Any:
     """Return the type of value in TOML that an annotation of a signature stands for."""
     if typing.get_origin(hint) is Literal:
         return Annotated[str, one_of(typing.get_args(hint))]
-    types: list[tuple[Any, Any]] = [(float, Number), (int, Integer), (str, Text), (ArrayLike, Array)]
+    types: list[tuple[Any, Any]] = [(float, Number), (int, Integer), (str, Text), (bool, Flag), (ArrayLike, Array)]
     types += [(float | None, Number | None), (float | str, Formula), (float | str | None, Formula | None)]
     types += [(ArrayLike | tuple[float | str, float | str], Formulas)]
     types += [(ArrayLike | tuple[float | str, float | str] | None, Formulas | None)]
