@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 if _TYPE_CHECKING:
     from gammastar import errors, so3
     from gammastar.certificate import Limits, certify
-    from gammastar.flight import INTEGRATORS, Channel, FlightRecord, Replacement, SensorNoise, Sensors, Status, fly
+    from gammastar.flight import (
+        INTEGRATORS,
+        Channel,
+        FlightRecord,
+        Gusts,
+        Replacement,
+        SensorNoise,
+        Sensors,
+        Status,
+        Wind,
+        fly,
+    )
     from gammastar.law import (
         Along,
         Approach,
@@ -43,6 +54,7 @@ __all__ = [
     "Channel",
     "Curve",
     "FlightRecord",
+    "Gusts",
     "INTEGRATORS",
     "ImplicitPath",
     "Law",
@@ -64,6 +76,7 @@ __all__ = [
     "Stop",
     "Towards",
     "Vehicle",
+    "Wind",
     "by_length",
     "certify",
     "curve_from_formula",
@@ -83,7 +96,10 @@ __version__ = "0.1.0"
 
 _ROOMS = {  # room -> the public names that it has
     "certificate": ("Limits", "certify"),
-    "flight": ("Channel", "FlightRecord", "INTEGRATORS", "Replacement", "SensorNoise", "Sensors", "Status", "fly"),
+    "flight": (
+        *("Channel", "FlightRecord", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise", "Sensors"),
+        *("Status", "Wind", "fly"),
+    ),
     "law": (
         *("Along", "Approach", "Azimuth", "Law", "Leg", "Legs", "Point", "Prediction", "Profile"),
         *("Ramp", "Speed", "Stop", "Towards", "design"),

@@ -5,10 +5,12 @@ from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
 from gammastar.flight.phases import Phase, Replacement
 from gammastar.flight.record import FlightRecord, Status, Summary
 from gammastar.flight.sensors import PATH_FLYER, Channel, SensorNoise, Sensors
+from gammastar.flight.wind import Gusts, Wind
 
 __all__ = [
     "INTEGRATORS",
     "FlightRecord",
+    "Gusts",
     "Integrator",
     "Phase",
     "Replacement",
@@ -18,6 +20,7 @@ __all__ = [
     "Sensors",
     "Status",
     "Summary",
+    "Wind",
     "fly",
     "integrator",
 ]
