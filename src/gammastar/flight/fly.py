@@ -9,22 +9,20 @@ import numpy as np
 
 from gammastar import engine
 from gammastar.checks import instance, number, whole
-from gammastar.errors import FlightError, InputError, SingularStartError, UnknownNameError
-from gammastar.flight.integrator import integrator as integrator_by_name
-from gammastar.flight.loop import FEEDBACKS, HELD, TRUE_PARAMETER, ClosedLoop
+from gammastar.errors import FlightError, InputError, SingularStartError
+from gammastar.flight.autopiloted import AutopilotLoop
+from gammastar.flight.conditions import Conditions
+from gammastar.flight.loop import ClosedLoop
 from gammastar.flight.phases import Phase, Replacement, phases_of
-from gammastar.flight.record import FlightRecord, Status
-from gammastar.flight.sensors import SIZE as NOISE_SIZE
-from gammastar.flight.sensors import SensorNoise
-from gammastar.flight.timing import timing
+from gammastar.flight.record import AutopilotRows, FlightRecord, Status
+from gammastar.flight.sensors import SensorNoise, Sensors
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
+from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Speed
 from gammastar.law.guidance import Guidance
 from gammastar.law.law import Yaw
 from gammastar.law.reference import reference_given
-from gammastar.path import ParametricPath
 from gammastar.vehicle import State, Vehicle
-from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
 
@@ -37,11 +35,13 @@ def fly(
     reference: AnyReference | None = None,
     duration: float = 20.0,
     step: float = 1e-3,
-    feedback: str = "continuous",
+    feedback: str | None = None,
     rate: float | None = None,
     integrator: str = "rkmk4",
     truth: Vehicle | None = None,
     noise: SensorNoise | None = None,
+    sensors: Sensors | None = None,
+    wind: Wind | None = None,
     seed: int = 0,
     yaw_reference: float = 0.0,
     heading: Heading | None = None,
@@ -61,12 +61,15 @@ def fly(
         step: Longest integration step [s].
         feedback: 'continuous' evaluates the law in every stage; 'start' and 'middle' hold the input over the control
             interval, computed from the state at its start, or from the state predicted for its middle (second order in
-            the interval).
-        rate: Control rate [Hz] of sampled feedback.
+            the interval).  Continuous when left out, but 'middle' for a vehicle or law that needs an autopilot: one with rotors,
+            latency, disturbance rejection, an estimator, sensors or wind.
+        rate: Control rate [Hz] of sampled feedback; 500 for an autopilot when left out.
         integrator: 'rkmk4', 'cf4', 'carpenter-kennedy', 'lie-euler' or 'rk4'.
         truth: The vehicle that really flies, when the law's belief about it is wrong.
-        noise: On what the law measures; needs sampled feedback.
-        seed: Of the noise.
+        noise: White noise on every sample that the law measures; needs sampled feedback.
+        sensors: With rates, noise, biases, delays and lost samples, in place of `noise`.
+        wind: In which the vehicle really flies; the law does not know it.
+        seed: Of noise, sensors and gusts.
         yaw_reference: Constant reference of the yaw output [rad/s for the default output].
         heading: `Along`, `Azimuth` or `Towards` in place of a constant reference.
         settled_within: Distance [m] that counts as on the path in the summary.
@@ -80,10 +83,6 @@ def fly(
     """
     instance(law, Law, "law", "make one with gs.design(vehicle, path)")
     instance(start, State, "start", "make one with gs.State(position)")
-    if truth is not None:
-        instance(truth, Vehicle, "truth", "make one with gs.Vehicle(mass, inertia)")
-    if noise is not None:
-        instance(noise, SensorNoise, "noise", "make one with gs.SensorNoise()")
     if heading is not None:
         instance(heading, Heading, "heading", "make one with gs.Along(), gs.Azimuth() or gs.Towards()")
         if number(yaw_reference, "yaw reference") != 0:
@@ -93,35 +92,28 @@ def fly(
     if (speed is None) == (reference is None):
         raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]
-    duration, step = number(duration, "duration [s]", above=0), number(step, "step [s]", above=0)
     number(settled_within, "settled_within [m]", above=0)
-    if feedback not in FEEDBACKS:
-        raise UnknownNameError("feedback", feedback, FEEDBACKS)
-    if rate is not None:
-        rate = number(rate, "rate [Hz]", above=0)
-    if noise is not None and feedback == "continuous":
-        raise InputError(
-            "sensor noise needs sampled feedback (got continuous); choose feedback 'start' or 'middle' and a rate"
-        )
     yaw = number(yaw_reference, "yaw reference") if heading is None else heading
-    loop, first, steps = prepared(
-        law, start, wanted, yaw, duration, step, feedback, rate, integrator, truth, noise is not None
-    )
+    conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
+    loop, first, steps = prepared(law, start, wanted, yaw, conditions)
     phases = phases_of(law, wanted, replacements, loop.interval, steps)
     seed = whole(seed, "seed")
-    samples = np.zeros((NOISE_SIZE, steps + 1)) if noise is None else noise.samples(seed, steps + 1)
+    samples = loop.samples(seed, steps + 1)
     times = np.arange(steps + 1) * loop.interval
-    watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18])
+    ideal = isinstance(loop, ClosedLoop)
+    watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18] if ideal else -np.inf)
     if turns_too_far(first[15:18], watch.step):
         watch.status = Status.UNRESOLVED
     parts = _flown(loop, first, phases, times, samples, watch, progress)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     status, count = watch.status, len(rows["state"])
-    if status in (Status.NOT_FINITE, Status.UNRESOLVED):
+    if ideal and status in (Status.NOT_FINITE, Status.UNRESOLVED):
         thrust, thrust_rate = rows["state"][:, 18:20].T
         status = nearest_singularity(thrust, thrust_rate, rows["focal_margin"], loop.interval) or status
+    told = {each.name: rows.pop(each.name) for each in dataclasses.fields(AutopilotRows) if each.name in rows}
     record = FlightRecord(
         **rows,
+        autopilot=AutopilotRows(**told) if told else None,
         time=times[:count],
         status=status,
         status_time=float(times[count - 1]),
@@ -133,7 +125,8 @@ def fly(
         yaw_reference=loop.guidance.yaw,
         settled_within=settled_within,
         phases=tuple(phases[: len(parts)]),
-        nominal=feedback == "continuous"
+        nominal=isinstance(loop, ClosedLoop)
+        and loop.feedback == "continuous"
         and loop.truth.signature == law.vehicle.signature
         and len(phases) == 1
         and not rows["constrained"].any(),
@@ -150,7 +143,7 @@ def fly(
 
 
 def _flown(
-    loop: ClosedLoop,
+    loop: ClosedLoop | AutopilotLoop,
     first: np.ndarray,
     phases: Sequence[Phase],
     times: np.ndarray,
@@ -164,7 +157,7 @@ def _flown(
         if phase.row > 0:
             loop, first = _continued(loop, last, phase, times[phase.row])
 
-        def outside(a: int, b: int, loop: ClosedLoop = loop, row: int = phase.row) -> np.ndarray:
+        def outside(a: int, b: int, loop: ClosedLoop | AutopilotLoop = loop, row: int = phase.row) -> np.ndarray:
             return loop.outside(times[row + a : row + b], samples[:, row + a : row + b])
 
         def told(done: int, row: int = phase.row) -> None:
@@ -183,7 +176,7 @@ def _flown(
         if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
             observations = loop.step()(first, outside(0, 1))[1].full()
             _require_finite(observations)
-        parts.append(_rows(loop, states, observations))
+        parts.append(loop.rows(states, observations))
         if watch.status is not Status.COMPLETED:
             break
         last = states[:, -1]
@@ -191,73 +184,32 @@ def _flown(
 
 
 def prepared(
-    law: Law,
-    start: State,
-    reference: AnyReference,
-    yaw: Yaw,
-    duration: float,
-    step: float,
-    feedback: str,
-    rate: float | None,
-    integrator: str,
-    truth: Vehicle | None,
-    noisy: bool,
-) -> tuple[ClosedLoop, np.ndarray, int]:
-    """Return the closed loop of a flight, its state at the start (27,), and its intervals; nothing after this refuses the flight.
+    law: Law, start: State, reference: AnyReference, yaw: Yaw, conditions: Conditions
+) -> tuple[ClosedLoop | AutopilotLoop, np.ndarray, int]:
+    """Return the closed loop of a flight, its state at the start, and its intervals; nothing after this refuses the flight.
 
     Raises:
         SingularStartError: The law has no finite input at the start.
         InputError: The times, the reference or the heading do not fit.
     """
-    interval, substeps, steps = timing(feedback, step, rate, duration)
+    _, _, steps = conditions.timing(law)
     x, parameter = law.start_vector(start)
-    loop = ClosedLoop(
-        guidance=Guidance(law, reference.resolved(law.path, parameter), yaw),
-        truth=law.vehicle if truth is None else truth,
-        integrator=integrator_by_name(integrator),
-        feedback=feedback,  # type: ignore[arg-type]
-        interval=interval,
-        substeps=substeps,
-        noisy=noisy,
-    )
+    loop = conditions.loop(Guidance(law, reference.resolved(law.path, parameter), yaw))
     first = loop.start(x, parameter)
     _require_finite(first)
     return loop, first, steps
 
 
-def _continued(loop: ClosedLoop, last: np.ndarray, phase: Phase, time: float) -> tuple[ClosedLoop, np.ndarray]:
-    """Return the loop of the next phase and its state (27,) at its first time [s], from the last state of the one before."""
+def _continued(
+    loop: ClosedLoop | AutopilotLoop, last: np.ndarray, phase: Phase, time: float
+) -> tuple[ClosedLoop | AutopilotLoop, np.ndarray]:
+    """Return the loop of the next phase and its state at its first time [s], from the last state of the one before."""
     parameter = phase.law.path.start_parameter(last[:3])
     reference = phase.reference.resolved(phase.law.path, parameter).moved(time)
-    following = dataclasses.replace(loop, guidance=Guidance(phase.law, reference, loop.guidance.yaw))
-    first = following.start(last[:STATE_SIZE], parameter, held=last[HELD])
+    following = loop.guided(Guidance(phase.law, reference, loop.guidance.yaw))
+    first = following.continued(last, parameter)
     _require_finite(first)
     return following, first
-
-
-def _rows(loop: ClosedLoop, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the rows of a phase by the names of the record; the state after the last observation begins the next phase."""
-    path, rows = loop.law.path, observations.shape[1]
-    states, observations = states[:, :rows].T, observations.T
-    state, parameters, width = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER], 4 * path.components
-    transverse = observations[:, 4 : 4 + width].reshape(rows, 4, path.components).swapaxes(1, 2)
-    waiting = observations[:, 9 + width] > 0
-    distance = path.distances(state[:, :3], parameters) if rows else np.empty(0)
-    if waiting.any():  # no foot is followed then
-        assert isinstance(path, ParametricPath)
-        distance[waiting] = np.minimum(distance[waiting], path.global_distances(state[waiting, :3]))
-    return {
-        "state": state,
-        "input": observations[:, :4],
-        "transverse_state": path.normal_components(parameters, transverse) if rows else np.empty((0, 2, 4)),
-        "tangential_state": observations[:, 4 + width : 8 + width],
-        "yaw_output": observations[:, 8 + width],
-        "waiting": waiting,
-        "constrained": observations[:, 10 + width] > 0,
-        "distance": distance,
-        "free_fall_margin": state[:, 18] / loop.truth.mass,
-        "focal_margin": observations[:, -1],
-    }
 
 
 def _require_finite(values: np.ndarray) -> None:

@@ -6,6 +6,7 @@ parameter of the point truly nearest, the input that a sampled law holds, and wh
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,8 +15,9 @@ import numpy as np
 
 from gammastar import engine
 from gammastar.flight.integrator import Integrator
+from gammastar.flight.rows import nearest_distances, normal_rows
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
-from gammastar.flight.sensors import measured
+from gammastar.flight.sensors import SensorNoise, measured
 from gammastar.law import Law, Reference, linearize
 from gammastar.law.guidance import Decision, Guidance, Surroundings, chosen
 from gammastar.law.piecewise import DATA_SIZE
@@ -44,7 +46,7 @@ class ClosedLoop:
     feedback: Feedback
     interval: float  # [s] between rows of the record: the integration step, or the control interval
     substeps: int  # integration steps in an interval; 1 for continuous feedback
-    noisy: bool
+    noise: SensorNoise | None = None
 
     @property
     def law(self) -> Law:
@@ -72,6 +74,10 @@ class ClosedLoop:
         inputs = ca.vertcat(outside[: 1 + NOISE_SIZE], wanted, self.law.path.lookup(place))
         return ca.Function("step", [state, outside], core(state, inputs))
 
+    def samples(self, seed: int, count: int) -> np.ndarray:
+        """Return (12, count) noise by interval; sample k depends on the seed and k alone."""
+        return np.zeros((NOISE_SIZE, count)) if self.noise is None else self.noise.samples(seed, count)
+
     def outside(self, times: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Return what comes from outside (m, n) at times (n,) with noise (12, n)."""
         rows = [times, noise] if self.reference.over_progress else [times, noise, self.reference.pieces.data(times)]
@@ -84,7 +90,7 @@ class ClosedLoop:
     @property
     def _signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of `_core` as a constant."""
-        timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noisy)
+        timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noise is not None)
         return ("step", self.guidance.signature, self.truth.signature, timing)
 
     def _core(self) -> Any:
@@ -114,6 +120,33 @@ class ClosedLoop:
         decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
         control = decide(state, parameter, waiting, inputs).full().ravel() if held is None else held
         return np.concatenate([state, [parameter, parameter], control, [waiting]])
+
+    def guided(self, guidance: Guidance) -> ClosedLoop:
+        """Return the same loop with another law, reference or heading."""
+        return dataclasses.replace(self, guidance=guidance)
+
+    def continued(self, last: np.ndarray, parameter: float) -> np.ndarray:
+        """Return the loop state that goes on from the last one of a phase along a new path, nearest at a parameter."""
+        return self.start(last[:STATE_SIZE], parameter, held=last[HELD])
+
+    def rows(self, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the rows of a phase by the names of the record, from loop states and observations, one column each."""
+        path, rows = self.law.path, observations.shape[1]
+        states, observations = states[:, :rows].T, observations.T
+        state, parameters, width = states[:, :STATE_SIZE], states[:, TRUE_PARAMETER], 4 * path.components
+        waiting = observations[:, 9 + width] > 0
+        return {
+            "state": state,
+            "input": observations[:, :4],
+            "transverse_state": normal_rows(path, parameters, observations[:, 4 : 4 + width]),
+            "tangential_state": observations[:, 4 + width : 8 + width],
+            "yaw_output": observations[:, 8 + width],
+            "waiting": waiting,
+            "constrained": observations[:, 10 + width] > 0,
+            "distance": nearest_distances(path, state[:, :3], parameters, waiting),
+            "free_fall_margin": state[:, 18] / self.truth.mass,
+            "focal_margin": observations[:, -1],
+        }
 
     def _start_input(self) -> Any:
         """Return the function (state, parameter, waiting, data of reference and path) -> input at time zero."""
@@ -153,7 +186,7 @@ class ClosedLoop:
     ) -> tuple[Any, Decision, Any, Any]:
         """Graph: the input is computed once from what is measured and held while the true vehicle moves."""
         path, data, held = self.law.path, around.path, loop_state[PARAMETER]
-        seen = measured(state, noise) if self.noisy else state
+        seen = state if self.noise is None else measured(state, noise)
         tracked = ca.if_else(loop_state[WAITING], held, path.track(seen.position, ca.vertcat(held, data)))
         parameter, waiting = self.guidance.mode(seen, tracked, loop_state[WAITING], data)
         used, used_time, left = seen, time, self.interval

@@ -35,6 +35,21 @@ class Status(enum.Enum):
 
 
 @dataclass(frozen=True, eq=False)
+class AutopilotRows:
+    """What an autopilot believed and gave, and what the air did, row by row."""
+
+    given_up: (
+        np.ndarray
+    )  # (n,) int, the most important thing that limits took: 0 nothing, 1 along, 2 yaw, 3 thrust, 4 roll and pitch
+    unknown: (
+        np.ndarray
+    )  # (n, 12): unknown acceleration [m/s^2], its two rates, world, and angular acceleration [rad/s^2], body
+    estimated_position: np.ndarray  # (n, 3) [m], world: what the law believed
+    rotor_speeds: np.ndarray  # (n, k) [rad/s] of the true rotors
+    wind: np.ndarray  # (n, 3) [m/s], world
+
+
+@dataclass(frozen=True, eq=False)
 class FlightRecord:
     """One flight, row by row; n rows, world frame with third axis down, body quantities in body axes.
 
@@ -63,6 +78,9 @@ class FlightRecord:
     settled_within: float  # [m]
     phases: tuple[Phase, ...]  # one, and another for every replacement of the path
     nominal: bool  # exact model, continuous feedback, one path: the closed-form prediction is the flight itself
+    autopilot: AutopilotRows | None = (
+        None  # what an autopilot and its surroundings did; None where the law acts by itself
+    )
 
     @property
     def position(self) -> np.ndarray:

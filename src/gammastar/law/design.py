@@ -13,6 +13,7 @@ from gammastar.errors import InputError, PoleError, UnknownNameError
 from gammastar.law.approach import Approach
 from gammastar.law.gains import chain_poles, without_slowest
 from gammastar.law.law import Law
+from gammastar.law.observer import Rejection
 from gammastar.path import Path
 from gammastar.vehicle import Vehicle
 
@@ -30,6 +31,8 @@ def design(
     poles: Poles = DEFAULT_POLES,
     yaw_output: Callable[[Any], Any] | None = None,
     approach: Approach | None = None,
+    rejection: Rejection | None = None,
+    estimator: Any = None,
 ) -> Law:
     """Return the path-following law of a vehicle and a path with prescribed poles.
 
@@ -43,6 +46,8 @@ def design(
             slowest pole.
         yaw_output: Graph beta(r) of Eq. (14), smooth and with a slope that never vanishes; r itself when left out.
         approach: Bounds and modes that bring the vehicle in from anywhere, for a curve; none when left out.
+        rejection: `Observer` or `IntegralAction`: what estimates unknown forces and torques; none when left out.
+        estimator: `Filter` between sensors and law; measurements are taken as they are when left out.
 
     Raises:
         PoleError: Unstable or unpaired poles, or a number of poles that does not fit.
@@ -74,7 +79,7 @@ def design(
                 "an approach from anywhere needs a curve (got an implicit path, which has no jet); give a curve"
             )
         approach.floor(vehicle)
-    law = Law(vehicle, path, resolved, yaw_output or _body_rate, approach)
+    law = Law(vehicle, path, resolved, yaw_output or _body_rate, approach, rejection, estimator)
     assert law.gains  # refuses bad poles now, not in flight
     _check_yaw_output(law.yaw_output)
     return law

@@ -26,6 +26,7 @@ class Decision:
     input: Any  # SX (4,), kept above the thrust floor of an approach
     free: Any  # SX (4,), the same without that floor
     along: Callable[[], Any]  # graph SX (4,): what `free` gains by one unit of the highest derivative along the path
+    per_metre: Any  # SX, path parameter per metre of the vehicle's motion along the path
     parameter_rate: Any  # SX, of the tracked path parameter; zero while the target waits
     constrained: Any  # SX, 1 where the approach bends the linear law: target waiting, error cut or thrust on its way to the floor
 
@@ -69,8 +70,9 @@ class Guidance:
 
         control = law.control(state, place, reference, self.yaw, self.reference.holds_position, unknown)
         outputs = control.linearization.outputs
+        per_metre = ca.norm_2(outputs.tangential_gradient)
         if law.approach is None:
-            return Decision(control.input, control.input, control.along, outputs.tangential[1], 0)
+            return Decision(control.input, control.input, control.along, per_metre, outputs.tangential[1], 0)
         waited = law.wait(state, place, self.yaw, unknown)
         free = chosen(waiting, waited, control.input)
         kept = floored(state, free, law.approach.floor(law.vehicle))
@@ -80,7 +82,7 @@ class Guidance:
         def along() -> Any:
             return chosen(waiting, ca.SX.zeros(4), control.along())
 
-        return Decision(kept, free, along, ca.if_else(waiting, 0, outputs.tangential[1]), constrained)
+        return Decision(kept, free, along, per_metre, ca.if_else(waiting, 0, outputs.tangential[1]), constrained)
 
     def mode(self, state: StateGraph, parameter: Any, waiting: Any, data: Any) -> tuple[Any, Any]:
         """Graph: return the parameter to use and whether the target waits, from what held until now."""

@@ -17,6 +17,7 @@ from gammastar.law.approach import Approach, bounded, slowed
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Heading
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
+from gammastar.law.observer import Rejection
 from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
 from gammastar.law.reference import AnyReference, reference_given
 from gammastar.path import Path
@@ -51,6 +52,8 @@ class Law:
     poles: Mapping[str, tuple[complex, ...]]  # [1/s] by chain: transverse, transverse_2, tangential, speed, yaw
     yaw_output: Callable[[Any], Any]  # graph: beta(r), Eq. (14)
     approach: Approach | None = None  # from anywhere; None is the paper's law and nothing else
+    rejection: Rejection | None = None  # what estimates the unknown while an autopilot flies the law
+    estimator: Any = None  # what the law believes of its motion; None takes measurements as they are
 
     @functools.cached_property
     def gains(self) -> dict[str, np.ndarray]:
@@ -65,7 +68,10 @@ class Law:
     def signature(self) -> tuple[Any, ...]:
         """Return what names the law's graph: laws with one signature differ in their path's data alone."""
         chains = tuple((chain, *gains.tolist()) for chain, gains in self.gains.items())
-        return self.vehicle.signature, self.path.graph_key, chains, self._yaw_output_key, self.approach
+        return (
+            *(self.vehicle.signature, self.path.graph_key, chains, self._yaw_output_key),
+            *(self.approach, self.rejection, self.estimator),
+        )
 
     @property
     def _yaw_output_key(self) -> str:

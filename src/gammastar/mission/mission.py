@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, Replacement, SensorNoise, fly
+from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
 from gammastar.flight.timing import interval_of, timing
@@ -43,14 +44,16 @@ class Mission:
             _, parameter = law.start_vector(start)
         with within("[reference]"):
             self._reference.resolved(law.path, parameter)
-        controller, flight = self.file.controller, self.file.flight
+        flight = self.file.flight
+        conditions = Conditions(noise=self._noise, **self._conditions)
         with within("[controller]"):
-            interval_of(controller.feedback, flight.step, controller.rate)
+            sampling = conditions.sampling(law)
+            interval_of(*sampling)
         with within("[flight]"):
-            timing(controller.feedback, flight.step, controller.rate, flight.duration)
-        noisy, yaw = self._noise is not None, self._yaw if self._heading is None else self._heading
+            timing(*sampling, flight.duration)
+        yaw = self._yaw if self._heading is None else self._heading
         assert self._limits  # refuses bad limits now, not when the mission is certified
-        loop, _, steps = prepared(law, start, self._reference, yaw, noisy=noisy, **self._conditions)
+        loop, _, steps = prepared(law, start, self._reference, yaw, conditions)
         with within("[[replacements]]"):
             phases_of(law, self._reference, self._replacements, loop.interval, steps)
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from gammastar.checks import instance, magnitude, magnitudes, shape_of, shortened, three
 from gammastar.errors import InputError, ShapeError
 from gammastar.vehicle.forces import Buoyancy, Force, rate, second_rate, symbols, total
+from gammastar.vehicle.rotors import Rotors
 from gammastar.vehicle.state import StateGraph
 
 
@@ -62,6 +63,8 @@ class Vehicle:
     bias_torque: ArrayLike = (0.0, 0.0, 0.0)  # K_r of Eq. (3), (3,) or scalar [N m], body, subtracted
     added_mass: float = 0.0  # [kg] of fluid that moves along, the same in all directions; 0 in air
     forces: Sequence[Force] = ()  # drag, buoyancy and the like
+    rotors: Rotors | None = None  # what gives the wrench; None is any wrench, at once
+    latency: float = 0.0  # [s] from a measurement to the beginning of what its command does
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", magnitude(self.mass, "mass [kg]", above=0))
@@ -71,6 +74,9 @@ class Vehicle:
             object.__setattr__(self, name, three(getattr(self, name), name))
         object.__setattr__(self, "added_mass", _isotropic(self.added_mass))
         object.__setattr__(self, "forces", _forces(self.forces))
+        if self.rotors is not None:
+            instance(self.rotors, Rotors, "rotors", "make them with gs.Rotors(...) or gs.Rotors.ring(...)")
+        object.__setattr__(self, "latency", magnitude(self.latency, "latency [s]", at_least=0))
         if self.forces:
             _check_relative_degree(self)
 
@@ -79,7 +85,9 @@ class Vehicle:
         """Return all numbers of the vehicle in a fixed order: vehicles with one signature fly alike."""
         arrays = (self.inertia, self.bias_acceleration, self.bias_torque)
         numbers = (float(x) for values in arrays for x in np.ravel(values))
-        return (self.mass, self.gravity, *numbers, self.added_mass, *(force.signature for force in self.forces))
+        rotors = None if self.rotors is None else self.rotors.signature
+        forces = tuple(force.signature for force in self.forces)
+        return (self.mass, self.gravity, *numbers, self.added_mass, forces, rotors, self.latency)
 
     @property
     def weight(self) -> float:

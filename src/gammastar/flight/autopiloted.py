@@ -1,0 +1,203 @@
+"""The closed loop of an autopilot and a plant: sensors, computer, commands on their way, rotors, wind; one graph of a control interval.
+
+The loop state is explicit: the plant's, the parameter of the point truly nearest, the sensors' memory, the autopilot's state.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gammastar import engine
+from gammastar.flight.plant import Plant
+from gammastar.flight.rows import nearest_distances, normal_rows
+from gammastar.flight.sensors import Sensors
+from gammastar.flight.wind import Wind
+from gammastar.law import Law, Reference, linearize
+from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot
+from gammastar.law.guidance import Guidance, Surroundings, chosen
+from gammastar.law.measurement import CHANNELS
+from gammastar.law.piecewise import DATA_SIZE
+from gammastar.vehicle import State, Vehicle, join
+from gammastar.vehicle.state import SIZE as STATE_SIZE
+
+EXOGENOUS = 6 * len(CHANNELS)  # what comes to the sensors from outside: errors and flags of the axes
+SAMPLES = 3 + EXOGENOUS  # wind, and that
+
+
+@dataclass(frozen=True, eq=False)
+class AutopilotLoop:
+    """An autopilot around a plant."""
+
+    autopilot: Autopilot
+    plant: Plant
+    sensors: Sensors
+    wind: Wind | None
+
+    @property
+    def guidance(self) -> Guidance:
+        """Return what is flown."""
+        return self.autopilot.guidance
+
+    @property
+    def law(self) -> Law:
+        """Return the law that is flown."""
+        return self.guidance.law
+
+    @property
+    def reference(self) -> Reference:
+        """Return the reference along the path."""
+        return self.guidance.reference
+
+    @property
+    def truth(self) -> Vehicle:
+        """Return the vehicle that flies."""
+        return self.plant.vehicle
+
+    @property
+    def interval(self) -> float:
+        """Return the control interval [s]."""
+        return self.autopilot.interval
+
+    @property
+    def substeps(self) -> int:
+        """Return the integration steps in an interval."""
+        return self.plant.substeps
+
+    @property
+    def sizes(self) -> tuple[int, int, int, int]:
+        """Return the sizes of the parts of the state: plant, true parameter, sensors, autopilot."""
+        return self.plant.size, 1, self.sensors.size(1 / self.interval), self.autopilot.size
+
+    def samples(self, seed: int, count: int) -> np.ndarray:
+        """Return (27, count) wind and errors of the sensors by interval; sample k depends on the seed and k alone."""
+        wind = np.zeros((3, count)) if self.wind is None else self.wind.exogenous(seed, count, 1 / self.interval)
+        return np.vstack([wind, self.sensors.exogenous(seed, count, 1 / self.interval)])
+
+    def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
+        """Return the loop state at the start of a flight from a stacked state (20,)."""
+        sensors = self.sensors.start(State.from_vector(state), 1 / self.interval)
+        parts = [self.plant.start(state), [parameter], sensors, self.autopilot.start(state, parameter)]
+        return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+
+    def guided(self, guidance: Guidance) -> AutopilotLoop:
+        """Return the same loop with another law, reference or heading."""
+        return dataclasses.replace(self, autopilot=dataclasses.replace(self.autopilot, guidance=guidance))
+
+    def continued(self, last: np.ndarray, parameter: float) -> np.ndarray:
+        """Return the loop state that goes on from the last one of a phase along a new path, nearest at a parameter."""
+        state = last.copy()
+        sizes = self.sizes
+        motion = np.concatenate([last[:18], [0.0, 0.0]])
+        state[sizes[0]] = parameter
+        first = sum(sizes[:3])
+        state[first : first + 2] = parameter, float(self.guidance.starts_waiting(motion, parameter))
+        return state
+
+    def outside(self, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return what comes from outside (m, n) at times (n,) with samples (27, n)."""
+        rows = [times, samples]
+        return np.vstack(rows if self.reference.over_progress else [*rows, self.reference.pieces.data(times)])
+
+    def step(self) -> Any:
+        """Return the function of one interval: (loop state, what comes from outside) -> (next, observation)."""
+        core = engine.compiled(self._signature, self._core)
+        size = 1 + SAMPLES + (0 if self.reference.over_progress else DATA_SIZE)
+        state, outside = ca.MX.sym("loop_state", sum(self.sizes)), ca.MX.sym("outside", size)
+        wanted, place = outside[1 + SAMPLES :], state[sum(self.sizes[:3])]
+        if self.reference.over_progress:
+            wanted = self.reference.pieces.lookup(place)
+        inputs = ca.vertcat(outside[: 1 + SAMPLES], wanted, self.law.path.lookup(place))
+        return ca.Function("step", [state, outside], core(state, inputs))
+
+    @property
+    def _signature(self) -> tuple[Any, ...]:
+        late = tuple(channel.late(1 / self.interval) for channel in self.sensors.channels)
+        return ("autopilot loop", self.autopilot.signature, self.plant.signature, late)
+
+    def _core(self) -> Any:
+        """Return the function (loop state, [time, samples, data of reference and path]) -> (next loop state, observation)."""
+        size = 1 + SAMPLES + DATA_SIZE + self.law.path.data_size
+        loop_state, inputs = ca.SX.sym("loop_state", sum(self.sizes)), ca.SX.sym("inputs", size)
+        plant, true_parameter, memory, pilot = ca.vertsplit(loop_state, [0, *np.cumsum(self.sizes)])
+        cuts = np.cumsum([0, 1, 3, EXOGENOUS, DATA_SIZE, self.law.path.data_size])
+        time, wind, errors, wanted, data = ca.vertsplit(inputs, cuts.tolist())
+        exposed, _ = self.plant.motion(plant, ca.SX.zeros(self.plant.command_size))
+        memory, measurement = self.sensors.measured(memory, exposed, errors, 1 / self.interval)
+        stepped = self.autopilot.step(pilot, measurement, time, Surroundings(data, wanted))
+        acting = self.plant.acting(plant, stepped.command)
+        state, wrench = self.plant.motion(plant, acting)
+        was_waiting = pilot[1]
+        taken = ca.logic_and(was_waiting, ca.logic_not(stepped.waiting))
+        foot = ca.if_else(taken, stepped.parameter, true_parameter)
+        observation = self._observation(state, wrench, foot, wind, stepped, plant, acting, data)
+        after = self.plant.step(plant, stepped.command, wind)
+        followed = self.law.path.track(after[:3], ca.vertcat(foot, data))
+        nearest = ca.if_else(stepped.waiting, stepped.parameter, followed)
+        results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
+        return ca.Function("core", [loop_state, inputs], ca.cse([ca.densify(each) for each in results]))
+
+    def _observation(
+        self,
+        state: Any,
+        wrench: Any,
+        foot: Any,
+        wind: Any,
+        stepped: Any,
+        plant: Any,
+        acting: Any,
+        data: Any,
+    ) -> Any:
+        """Graph: return what a record keeps of a row, of the true state and vehicle; see `rows`."""
+        path, truth = self.law.path, self.truth
+        true = linearize(truth, path, state, ca.vertcat(foot, data), self.law.yaw_output, wind=wind)
+        transverse, tangential = true.outputs.transverse, true.outputs.tangential
+        if self.law.approach is not None:
+            error = state.position - path.foot(state.position, ca.vertcat(stepped.parameter, data))
+            chain = ca.horzcat(
+                error, state.velocity, truth.acceleration(state, wind=wind), truth.jerk(state, wind=wind)
+            )
+            transverse = chosen(stepped.waiting, chain, transverse)
+            tangential = chosen(stepped.waiting, ca.vertcat(stepped.parameter, 0, 0, 0), tangential)
+        told = dict(zip(TELEMETRY, ca.vertsplit(stepped.telemetry, _cuts(TELEMETRY)), strict=True))
+        return ca.vertcat(
+            *(join(state), told["input"][0], wrench[1:], ca.vec(transverse), tangential, true.yaw_value),
+            *(stepped.telemetry, self.plant.speeds(plant, acting), wind),
+            *(stepped.waiting, told["constrained"], true.outputs.focal_margin),
+        )
+
+    def rows(self, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the rows of a phase by the names of the record, from loop states and observations, one column each."""
+        path, count = self.law.path, observations.shape[1]
+        parameters = states[self.plant.size, :count]
+        rotors, width = self.plant.rotor_count, 4 * path.components
+        sizes = [STATE_SIZE, 4, width, 4, 1, TELEMETRY_SIZE, rotors, 3, 1, 1, 1]
+        parts = np.split(observations.T, np.cumsum(sizes)[:-1], axis=1)
+        state, control, transverse, tangential, yaw, telemetry, speeds, wind, waiting, constrained, focal = parts
+        told = dict(zip(TELEMETRY, np.split(telemetry, _cuts(TELEMETRY)[1:-1], axis=1), strict=True))
+        return {
+            "state": state,
+            "input": control,
+            "transverse_state": normal_rows(path, parameters, transverse),
+            "tangential_state": tangential,
+            "yaw_output": yaw[:, 0],
+            "waiting": waiting[:, 0] > 0,
+            "constrained": constrained[:, 0] > 0,
+            "distance": nearest_distances(path, state[:, :3], parameters, waiting[:, 0] > 0),
+            "free_fall_margin": state[:, 18] / self.truth.mass,
+            "focal_margin": focal[:, 0],
+            "given_up": np.round(np.nan_to_num(told["given_up"][:, 0])).astype(int),
+            "unknown": told["unknown"],
+            "estimated_position": told["position"],
+            "rotor_speeds": speeds,
+            "wind": wind,
+        }
+
+
+def _cuts(sizes: dict[str, int]) -> list[int]:
+    """Return the offsets of parts of these sizes, zero first and the end last."""
+    return [0, *(int(cut) for cut in np.cumsum(list(sizes.values())))]

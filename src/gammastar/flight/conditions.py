@@ -1,0 +1,119 @@
+"""Under which conditions a law is flown: for how long, how finely, by which vehicle in truth, with which sensors, in which wind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gammastar.checks import instance, number
+from gammastar.errors import InputError, UnknownNameError
+from gammastar.flight.autopiloted import AutopilotLoop
+from gammastar.flight.integrator import integrator as integrator_by_name
+from gammastar.flight.loop import FEEDBACKS, ClosedLoop
+from gammastar.flight.plant import Plant
+from gammastar.flight.sensors import Channel, SensorNoise, Sensors
+from gammastar.flight.timing import timing
+from gammastar.flight.wind import Wind
+from gammastar.law import Law
+from gammastar.law.autopilot import Autopilot
+from gammastar.law.guidance import Guidance
+from gammastar.vehicle import Vehicle
+
+AUTOPILOT_RATE = 500.0  # [Hz] when none is given
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """What `fly` is told beside law, start and reference; checked on its own here, and against a law by `timing`."""
+
+    duration: float  # [s]
+    step: float  # [s], the longest of the integration
+    feedback: str | None = None
+    rate: float | None = None  # [Hz]
+    integrator: str = "rkmk4"
+    truth: Vehicle | None = None
+    noise: SensorNoise | None = None
+    sensors: Sensors | None = None
+    wind: Wind | None = None
+
+    def __post_init__(self) -> None:
+        number(self.duration, "duration [s]", above=0)
+        number(self.step, "step [s]", above=0)
+        for name, kind, remedy in (
+            ("truth", Vehicle, "make one with gs.Vehicle(mass, inertia)"),
+            ("noise", SensorNoise, "make one with gs.SensorNoise()"),
+            ("sensors", Sensors, "make them with gs.Sensors()"),
+            ("wind", Wind, "make one with gs.Wind(mean)"),
+        ):
+            if getattr(self, name) is not None:
+                instance(getattr(self, name), kind, name, remedy)
+        if self.feedback is not None and self.feedback not in FEEDBACKS:
+            raise UnknownNameError("feedback", self.feedback, FEEDBACKS)
+        if self.rate is not None:
+            number(self.rate, "rate [Hz]", above=0)
+        if self.noise is not None and self.sensors is not None:
+            raise InputError("a flight has noise or sensors (got both); give the deviations to the sensors")
+        integrator_by_name(self.integrator)
+
+    def autopilot_for(self, law: Law) -> str | None:
+        """Return what makes an autopilot necessary, or None when the law acts on the vehicle itself."""
+        reasons = {
+            "a vehicle with rotors": law.vehicle.rotors or self._truth(law).rotors,
+            "a latency": law.vehicle.latency or self._truth(law).latency,
+            "disturbance rejection": law.rejection,
+            "an estimator": law.estimator,
+            "sensors": self.sensors,
+            "wind": self.wind,
+        }
+        return next((reason for reason, given in reasons.items() if given), None)
+
+    def timing(self, law: Law) -> tuple[float, int, int]:
+        """Return the control interval [s], the integration steps in it, and the intervals that cover the duration.
+
+        Raises:
+            InputError: The feedback, the rate or the times do not fit each other or the law.
+        """
+        return timing(*self.sampling(law), float(self.duration))
+
+    def sampling(self, law: Law) -> tuple[str, float, float | None]:
+        """Return feedback, longest step [s] and control rate [Hz], with what was left out filled in."""
+        reason = self.autopilot_for(law)
+        feedback, rate = self.feedback, self.rate
+        if reason is None:
+            feedback = feedback or "continuous"
+            if self.noise is not None and feedback == "continuous":
+                raise InputError(
+                    "sensor noise needs sampled feedback (got continuous); choose feedback 'start' or 'middle' and a rate"
+                )
+        elif feedback == "continuous":
+            raise InputError(
+                f"{reason} needs sampled feedback (got continuous); choose feedback 'middle' and a rate, such as 500"
+            )
+        else:
+            feedback, rate = feedback or "middle", rate or AUTOPILOT_RATE
+        return feedback, float(self.step), None if rate is None else float(rate)
+
+    def loop(self, guidance: Guidance) -> ClosedLoop | AutopilotLoop:
+        """Return the closed loop of a law with its guidance."""
+        law, truth, method = guidance.law, self._truth(guidance.law), integrator_by_name(self.integrator)
+        (interval, substeps, _), (feedback, *_) = self.timing(law), self.sampling(law)
+        if self.autopilot_for(law) is None:
+            return ClosedLoop(guidance, truth, method, feedback, interval, substeps, self.noise)  # type: ignore[arg-type]
+        if (law.vehicle.rotors is None) != (truth.rotors is None) or (
+            law.vehicle.rotors and truth.rotors and law.vehicle.rotors.count != truth.rotors.count
+        ):
+            raise InputError(
+                "the vehicle that flies must take the commands of the one believed in (got other rotors); give both as many rotors"
+            )
+        plant = Plant(truth, interval, substeps, method)
+        return AutopilotLoop(Autopilot(guidance, interval, feedback == "middle"), plant, self._sensors(), self.wind)
+
+    def _truth(self, law: Law) -> Vehicle:
+        return law.vehicle if self.truth is None else self.truth
+
+    def _sensors(self) -> Sensors:
+        if self.noise is None:
+            return self.sensors or Sensors()
+        noise = self.noise
+        return Sensors(
+            *(Channel(each) for each in (noise.position, noise.velocity, noise.attitude, noise.angular_velocity))
+        )

@@ -1,0 +1,120 @@
+"""What really flies: the true vehicle with its rotors, in wind, moved by commands that arrive late.
+
+State: position, velocity, attitude, angular velocity (18 numbers), rotor speeds, and the commands that are on their way, oldest first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from gammastar.flight.integrator import Integrator
+from gammastar.law.actuation import actuation_of
+from gammastar.law.autopilot import pending_intervals
+from gammastar.vehicle import StateGraph, Vehicle
+
+MOTION = 18  # position, velocity, attitude, angular velocity
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """A vehicle that takes one command a control interval: a wrench, or rotor speeds if it has rotors."""
+
+    vehicle: Vehicle
+    interval: float  # [s]
+    substeps: int  # integration steps in an interval
+    integrator: Integrator
+
+    @property
+    def rotor_count(self) -> int:
+        """Return how many rotors there are."""
+        return 0 if self.vehicle.rotors is None else self.vehicle.rotors.count
+
+    @property
+    def command_size(self) -> int:
+        """Return how many numbers a command has."""
+        return actuation_of(self.vehicle).command_size
+
+    @property
+    def pending(self) -> int:
+        """Return how many commands are on their way."""
+        return pending_intervals(self.vehicle.latency, self.interval)
+
+    @property
+    def size(self) -> int:
+        """Return how many numbers the state has."""
+        return MOTION + self.rotor_count + self.pending * self.command_size
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters the graph as a constant."""
+        return (self.vehicle.signature, self.interval, self.substeps, self.integrator.name)
+
+    def start(self, state: np.ndarray) -> np.ndarray:
+        """Return the first state (size,) of a vehicle with a stacked state (20,), whose actuators give the thrust in it."""
+        actuation = actuation_of(self.vehicle)
+        held = np.array([state[18], 0.0, 0.0, 0.0]) if self.rotor_count == 0 else actuation.start(state[18])
+        return np.concatenate([state[:MOTION], held if self.rotor_count else [], np.tile(held, self.pending)])
+
+    def acting(self, state: Any, command: Any) -> Any:
+        """Graph: return the command that acts in this interval, when another one is given now; rotors take it within their limits."""
+        acting = state[MOTION + self.rotor_count :][: self.command_size] if self.pending else command
+        rotors = self.vehicle.rotors
+        return acting if rotors is None else ca.fmin(ca.fmax(acting, rotors.slowest), rotors.fastest)
+
+    def speeds(self, state: Any, acting: Any) -> Any:
+        """Graph: return the rotor speeds SX (n,) [rad/s] as the interval begins: those without lag are what is commanded."""
+        if self.vehicle.rotors is None:
+            return ca.SX(0, 1)
+        speeds = state[MOTION : MOTION + self.rotor_count]
+        up, down = (float(lag == 0) for lag in np.asarray(self.vehicle.rotors.lag))
+        return ca.if_else(ca.if_else(acting > speeds, up, down), acting, speeds)
+
+    def motion(self, state: Any, acting: Any) -> tuple[StateGraph, Any]:
+        """Graph: return the motion with the thrust and its rate, and the wrench SX (4,), as the interval begins."""
+        rotors, thrust_rate = self.vehicle.rotors, ca.SX(0)
+        wrench = acting
+        if rotors is not None:
+            speeds = self.speeds(state, acting)
+            wrench = rotors.wrench(rotors.thrusts(speeds))
+            coefficient = ca.DM(np.asarray(rotors.thrust_coefficient))
+            thrust_rate = ca.sum1(2 * coefficient * speeds * self._speed_rates(speeds, acting))
+        attitude = ca.reshape(state[6:15], 3, 3)
+        return StateGraph(state[0:3], state[3:6], attitude, state[15:18], wrench[0], thrust_rate), wrench
+
+    def step(self, state: Any, command: Any, wind: Any) -> Any:
+        """Graph: return the state SX (size,) after an interval in steady wind SX (3,) [m/s], when a command is given at its start."""
+        acting, attitude = self.acting(state, command), ca.reshape(state[6:15], 3, 3)
+        symbols = [ca.SX.sym("attitude", 3, 3), ca.SX.sym("euclidean", 9 + self.rotor_count)]
+        constants = [ca.SX.sym("command", self.command_size), ca.SX.sym("wind", 3)]
+
+        def field(_: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
+            return self._field(attitude, euclidean, *constants)
+
+        moved = self.integrator.advance(field, 0.0, symbols[0], symbols[1], self.interval / self.substeps)
+        substep = ca.Function("substep", [*symbols, *constants], ca.cse(list(moved)))
+        euclidean = ca.vertcat(state[0:6], state[15:MOTION], self.speeds(state, acting))
+        for _ in range(self.substeps):
+            attitude, euclidean = substep(attitude, euclidean, acting, wind)
+        queue = ca.vertcat(state[MOTION + self.rotor_count :], command)[self.command_size :]
+        return ca.vertcat(euclidean[:6], ca.vec(attitude), euclidean[6:], queue if self.pending else ca.SX(0, 1))
+
+    def _field(self, attitude: Any, euclidean: Any, command: Any, wind: Any) -> tuple[Any, Any]:
+        """Graph: return the body rates, and the rates of everything but the attitude."""
+        velocity, rates, speeds = euclidean[3:6], euclidean[6:9], euclidean[9:]
+        rotors = self.vehicle.rotors
+        wrench = command if rotors is None else rotors.wrench(rotors.thrusts(speeds))
+        state = StateGraph(euclidean[0:3], velocity, attitude, rates, wrench[0], ca.SX(0))
+        acceleration = self.vehicle.acceleration(state, wind=wind)
+        turning = self.vehicle.angular_acceleration(rates, wrench[1:])
+        return rates, ca.vertcat(velocity, acceleration, turning, self._speed_rates(speeds, command))
+
+    def _speed_rates(self, speeds: Any, command: Any) -> Any:
+        """Graph: return the rates of the rotor speeds SX (n,) [rad/s^2], zero where there is no lag."""
+        if self.vehicle.rotors is None:
+            return ca.SX(0, 1)
+        up, down = (1 / lag if lag > 0 else 0.0 for lag in np.asarray(self.vehicle.rotors.lag))
+        return (command - speeds) * ca.if_else(command > speeds, up, down)

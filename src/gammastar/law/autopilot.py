@@ -1,0 +1,312 @@
+"""Everything that runs on the vehicle's computer, as one graph of a control interval with explicit state.
+
+(state, what is measured, time, data of path and reference) -> (next state, command, telemetry).  In their order: the estimator, the
+observer of what is unknown, the state predicted to when the command will be felt, the law there, the allocation, the thrust states.
+
+The two thrust states zeta1, zeta2 are the law's own.  They are meant for the instant at which the wrench of this interval is felt; where
+the rotors give another thrust than zeta1, zeta1 becomes what they give, so it does not wind up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from gammastar import engine, so3
+from gammastar.law.actuation import Actuation, actuation_of
+from gammastar.law.allocation import Extra
+from gammastar.law.approach import FLOOR_POLE, FLOOR_SHARE
+from gammastar.law.guidance import Decision, Guidance, Surroundings
+from gammastar.law.law import Law
+from gammastar.law.measurement import SIZE as MEASUREMENT_SIZE
+from gammastar.law.measurement import Measurement, split_measurement
+from gammastar.law.piecewise import DATA_SIZE
+from gammastar.vehicle import StateGraph, Unknown, Vehicle
+
+ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
+NO_BOUND = 1e30  # [N/s^2] of the second derivative of the thrust, where nothing limits the thrust
+TELEMETRY = {"input": 4, "waiting": 1, "constrained": 1, "given_up": 1, "unknown": 12, "position": 3}
+TELEMETRY_SIZE = sum(TELEMETRY.values())
+
+
+class Stepped(NamedTuple):
+    """Graph: what one control interval of an autopilot gives."""
+
+    state: Any  # SX (size,), at the end
+    command: Any  # SX (command_size,), to the vehicle
+    telemetry: Any  # SX (22,), see `TELEMETRY`
+    parameter: Any  # SX, of the point of the path that is followed
+    waiting: Any  # SX, 1 while that point waits as a target
+
+
+@dataclass(frozen=True, eq=False)
+class Autopilot:
+    """A law with its guidance, as it runs once a control interval."""
+
+    guidance: Guidance
+    interval: float  # [s]
+    predicts: bool = True  # the state at which the command will be felt; without, the law takes the measured one
+
+    @property
+    def law(self) -> Law:
+        """Return the law that is flown."""
+        return self.guidance.law
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """Return the vehicle as it is believed to be."""
+        return self.guidance.law.vehicle
+
+    @property
+    def actuation(self) -> Actuation:
+        """Return how commands reach the vehicle."""
+        return actuation_of(self.vehicle)
+
+    @property
+    def pending(self) -> int:
+        """Return how many control intervals pass between a measurement and the beginning of what its command does."""
+        return pending_intervals(self.vehicle.latency, self.interval)
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters the graph as a constant."""
+        return (self.guidance.signature, self.interval, self.predicts)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Return the parts of the state in their order, with their sizes."""
+        return {
+            "parameter": 1,  # of the path, as tracked
+            "waiting": 1,
+            "thrust": 2,  # zeta1 [N], zeta2 [N/s]
+            "held": 4,  # wrench reached in the interval before [N, N m]
+            "actuation": self.actuation.size,
+            "history": 4
+            * (self.pending + 1),  # mean wrenches of the interval just flown and of those to come, oldest first
+            "rejection": 0 if self.law.rejection is None else self.law.rejection.size,
+            "estimate": 0 if self.law.estimator is None else self.law.estimator.size,
+        }
+
+    @property
+    def size(self) -> int:
+        """Return how many numbers the state has."""
+        return sum(self.sizes.values())
+
+    def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
+        """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
+        law, wrench = self.law, np.array([state[18], 0.0, 0.0, 0.0])
+        lowest, highest = self.thrust_range
+        thrust = [float(np.clip(state[18], lowest, highest)), state[19]]
+        parts = {
+            "parameter": [parameter],
+            "waiting": [float(self.guidance.starts_waiting(state, parameter))],
+            "thrust": thrust,
+            "held": wrench,
+            "actuation": self.actuation.start(state[18]),
+            "history": np.tile(wrench, self.pending + 1),
+            "rejection": [] if law.rejection is None else law.rejection.start(state[3:6], state[15:18]),
+            "estimate": [] if law.estimator is None else law.estimator.start(state),
+        }
+        return np.concatenate([np.asarray(parts[name], dtype=float) for name in self.sizes])
+
+    @property
+    def thrust_range(self) -> tuple[float, float]:
+        """Return the thrusts [N] between which the law keeps zeta1: its floor, and what the rotors give."""
+        approach, rotors = self.law.approach, self.vehicle.rotors
+        floor = -np.inf if approach is None else approach.floor(self.vehicle)
+        if rotors is None:
+            return floor, np.inf
+        least, most = rotors.thrust_range
+        return max(floor, FLOOR_SHARE * (self.vehicle.weight or most), least), most
+
+    def step(self, state: Any, measurement: Any, time: Any, around: Surroundings) -> Stepped:
+        """Graph: return what the autopilot does from a state SX (size,) and a measurement SX (22,) at a time."""
+        now = dict(zip(self.sizes, ca.vertsplit(state, [0, *np.cumsum(list(self.sizes.values()))]), strict=True))
+        path = self.law.path
+        history = ca.horzsplit(ca.reshape(now["history"], 4, self.pending + 1))
+        told, estimate = self._estimated(now, split_measurement(measurement), history[0])
+        at_place = path.track(told.position, ca.vertcat(now["parameter"], around.path))
+        place = ca.if_else(now["waiting"], now["parameter"], at_place)
+        rejection, unknown = self._rejected(now, told, history[0], ca.vertcat(place, around.path))
+        seen, later = self._predicted(now, told, history, unknown)
+        tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
+        parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
+        decision = self.guidance.decide(seen, parameter, waiting, time + self.horizon, around, later)
+        thrust, given, input_ = self._actuated(now, seen, decision)
+        parts = {
+            "parameter": parameter + self.interval * decision.parameter_rate,
+            "waiting": waiting,
+            "thrust": thrust,
+            "held": given.reached,
+            "actuation": given.memory,
+            "history": ca.vertcat(*history[1:], given.mean),
+            "rejection": rejection,
+            "estimate": estimate,
+        }
+        told_of = {
+            "input": input_,
+            "waiting": waiting,
+            "constrained": ca.logic_or(decision.constrained, given.given_up > 0),
+            "given_up": given.given_up,
+            "unknown": ca.vertcat(*(ca.SX(ca.DM(each)) if isinstance(each, tuple) else each for each in unknown)),
+            "position": told.position,
+        }
+        telemetry = ca.vertcat(*(told_of[name] for name in TELEMETRY))
+        return Stepped(ca.vertcat(*(parts[name] for name in self.sizes)), given.command, telemetry, parameter, waiting)
+
+    @property
+    def dearest_along(self) -> float:
+        """Return the most of the highest derivative along the path that may be given up [m/s^4].
+
+        As much as an error of the acceleration along of half of gravity asks for.  Without a bound the price of an attitude far from
+        the wanted one is a jump along the path of any size, and a vehicle of little thrust is thrown off.
+        """
+        vehicle = self.vehicle
+        thrust = vehicle.weight or (vehicle.rotors.thrust_range[1] if vehicle.rotors else vehicle.mass)
+        return ALONG_SHARE * thrust / vehicle.moved_mass * float(self.law.gains["speed"][1])
+
+    @property
+    def horizon(self) -> float:
+        """Return the time [s] from a measurement to when its command is felt, in the mean."""
+        return self.pending * self.interval + self.actuation.delay(self.interval) if self.predicts else 0.0
+
+    def _estimated(self, now: dict[str, Any], told: Measurement, wrench: Any) -> tuple[Measurement, Any]:
+        """Graph: return the motion that the law is to believe in, and the next memory of the estimator; as measured without one."""
+        estimator = self.law.estimator
+        if estimator is None:
+            return told, ca.SX(0, 1)
+        _, _, attitude, rates = estimator.estimate(now["estimate"])
+        unknown = Unknown() if self.law.rejection is None else self.law.rejection.unknown(now["rejection"])
+        middle = attitude @ so3.exp(rates * self.interval / 2)
+        velocity = estimator.estimate(now["estimate"])[1]
+        acceleration, turning = self._modelled(velocity, middle, rates, wrench, unknown)
+        estimate = estimator.advanced(now["estimate"], told, acceleration, turning, self.interval)
+        position, velocity, attitude, rates = estimator.estimate(estimate)
+        return Measurement(position, velocity, attitude, rates, ca.SX.ones(4)), estimate
+
+    def _rejected(self, now: dict[str, Any], told: Measurement, wrench: Any, place: Any) -> tuple[Any, Unknown]:
+        """Graph: return the next memory of the observer, and what it says; nothing without one."""
+        rejection = self.law.rejection
+        if rejection is None:
+            return ca.SX(0, 1), Unknown()
+        middle = told.attitude @ so3.exp(-told.angular_velocity * self.interval / 2)
+        rates = told.angular_velocity - self.interval / 2 * self.vehicle.angular_acceleration(
+            told.angular_velocity, wrench[1:]
+        )
+        acceleration, turning = self._modelled(told.velocity, middle, rates, wrench, Unknown())
+        error = told.position - self.law.path.foot(told.position, place)
+        memory = rejection.advanced(
+            *(now["rejection"], told.velocity, told.angular_velocity, acceleration, turning),
+            *(self.interval, error, (told.fresh[1], told.fresh[3])),
+        )
+        return memory, rejection.unknown(memory)
+
+    def _modelled(
+        self, velocity: Any, attitude: Any, angular_velocity: Any, wrench: Any, unknown: Unknown
+    ) -> tuple[Any, Any]:
+        """Graph: return acceleration SX (3,), world, and angular acceleration SX (3,), body, under a wrench SX (4,)."""
+        state = StateGraph(ca.SX.zeros(3), velocity, attitude, angular_velocity, wrench[0], ca.SX(0))
+        return (
+            self.vehicle.acceleration(state, unknown),
+            self.vehicle.angular_acceleration(angular_velocity, wrench[1:], unknown),
+        )
+
+    def _predicted(
+        self, now: dict[str, Any], told: Measurement, history: list[Any], unknown: Unknown
+    ) -> tuple[StateGraph, Unknown]:
+        """Graph: return the state, and what is unknown, when the command of this interval is felt.
+
+        The wrenches on their way act one after the other; then the one that is given goes over to the one that is held.
+        """
+        zeta1, zeta2 = ca.vertsplit(now["thrust"])
+        moved = StateGraph(told.position, told.velocity, told.attitude, told.angular_velocity, zeta1, zeta2)
+        if not self.predicts:
+            return moved, unknown
+        for k, wrench in enumerate(history[1:]):
+            moved = self._moved(moved, wrench, wrench, self.interval, _ahead(unknown, k * self.interval))
+        first = self.actuation.now(now["actuation"], now["held"])
+        last = ca.vertcat(zeta1, now["held"][1:])
+        waited, delay = self.pending * self.interval, self.actuation.delay(self.interval)
+        moved = self._moved(moved, first, last, delay, _ahead(unknown, waited))
+        return moved, _ahead(unknown, waited + delay)
+
+    def _moved(self, state: StateGraph, first: Any, last: Any, step: float, unknown: Unknown) -> StateGraph:
+        """Graph: return the state after a step in which the wrench goes from one to another; Simpson's rule, midpoint for the turn."""
+        middle = (first + last) / 2
+        rates = state.angular_velocity
+        halfway = rates + step / 2 * self.vehicle.angular_acceleration(rates, (3 * first + last)[1:] / 4, unknown)
+        after = rates + step * self.vehicle.angular_acceleration(halfway, middle[1:], unknown)
+        turned = state.attitude @ so3.exp((rates + halfway) * step / 4), state.attitude @ so3.exp(halfway * step)
+
+        def acceleration(velocity: Any, attitude: Any, thrust: Any, time: float) -> Any:
+            there = StateGraph(state.position, velocity, attitude, rates, thrust, ca.SX(0))
+            return self.vehicle.acceleration(there, _ahead(unknown, time))
+
+        begin = acceleration(state.velocity, state.attitude, first[0], 0.0)
+        mid = acceleration(state.velocity + step / 2 * begin, turned[0], middle[0], step / 2)
+        end = acceleration(state.velocity + step * mid, turned[1], last[0], step)
+        return StateGraph(
+            state.position + step * state.velocity + step**2 / 6 * (begin + 2 * mid),
+            state.velocity + step / 6 * (begin + 4 * mid + end),
+            turned[1],
+            after,
+            state.thrust,
+            state.thrust_rate,
+        )
+
+    def _actuated(self, now: dict[str, Any], seen: StateGraph, decision: Decision) -> tuple[Any, Any, Any]:
+        """Graph: return the next thrust states, what is given, and the input SX (4,) that this means."""
+        lowest, highest = self.thrust_range
+        zeta1, zeta2 = ca.vertsplit(now["thrust"])
+        least = -NO_BOUND if np.isinf(lowest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - lowest)
+        most = NO_BOUND if np.isinf(highest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - highest)
+        along = decision.along()
+        base, direction = ca.vertcat(zeta1, decision.free[1:]), ca.vertcat(0, along[1:])
+        limits = Extra(decision.free[0], along[0], ca.SX(least), ca.SX(most))
+        most_along = self.dearest_along * decision.per_metre
+        given = self.actuation.give(
+            now["actuation"], base, direction, ca.SX(0), [limits], (-most_along, most_along), self.interval
+        )
+        thrust_ddot = ca.fmin(ca.fmax(decision.free[0] + along[0] * given.along, least), most)
+        h, reached = self.interval, given.reached[0]
+        thrust = reached + h * zeta2 + h**2 / 2 * thrust_ddot
+        thrust = ca.fmin(ca.fmax(thrust, lowest), highest)
+        return ca.vertcat(thrust, zeta2 + h * thrust_ddot), given, ca.vertcat(thrust_ddot, given.reached[1:])
+
+    def function(self) -> Any:
+        """Return the function (state, measurement (22,), time, reference data) -> (next state, command, telemetry) for use by itself.
+
+        The data of the path are looked up in it; those of a reference over time, SX (20,), come from `Piecewise.data`.
+        """
+        core = engine.compiled(("autopilot", *self.signature), self._core)
+        state, told = ca.MX.sym("state", self.size), ca.MX.sym("measurement", MEASUREMENT_SIZE)
+        time, wanted = ca.MX.sym("time"), ca.MX.sym("reference", DATA_SIZE)
+        reference = self.guidance.reference
+        used = reference.pieces.lookup(state[0]) if reference.over_progress else wanted
+        outputs = core(state, told, time, used, self.law.path.lookup(state[0]))
+        return ca.Function("autopilot", [state, told, time, wanted], list(outputs))
+
+    def _core(self) -> Any:
+        state, told, time = ca.SX.sym("state", self.size), ca.SX.sym("measurement", MEASUREMENT_SIZE), ca.SX.sym("time")
+        reference, path = ca.SX.sym("reference", DATA_SIZE), ca.SX.sym("path", self.law.path.data_size)
+        stepped = self.step(state, told, time, Surroundings(path, reference))
+        outputs = ca.cse([ca.densify(each) for each in stepped[:3]])
+        return ca.Function("core", [state, told, time, reference, path], outputs)
+
+
+def pending_intervals(latency: float, interval: float) -> int:
+    """Return how many whole control intervals a latency [s] takes, rounded up."""
+    return int(np.ceil(latency / interval - 1e-6))
+
+
+def _ahead(unknown: Unknown, time: float) -> Unknown:
+    """Graph: return what is unknown after a time [s], when its last derivatives stay."""
+    if isinstance(unknown.jerk, tuple) or time == 0.0:
+        return unknown
+    return unknown._replace(
+        acceleration=unknown.acceleration + time * unknown.jerk + time**2 / 2 * unknown.snap,
+        jerk=unknown.jerk + time * unknown.snap,
+    )
