@@ -137,7 +137,8 @@ class Mission:
 
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""
-        return resolved(self.file, self._law)
+        feedback, _, rate = Conditions(noise=self._noise, **self._conditions).sampling(self._law)
+        return resolved(self.file, self._law, feedback, rate)
 
     def toml(self) -> str:
         """Return the mission as TOML with every default written out; loading it gives an equal mission and the same flight."""

@@ -10,8 +10,8 @@ from gammastar.mission.sections import MissionFile, StartSection
 from gammastar.mission.tables import plain
 
 
-def resolved(file: MissionFile, law: Law) -> dict[str, Any]:
-    """Return a mission's nested plain values, those included that its law has found."""
+def resolved(file: MissionFile, law: Law, feedback: str, rate: float | None) -> dict[str, Any]:
+    """Return a mission's nested plain values, those included that its law and its conditions have found."""
     values: dict[str, Any] = plain(with_paths_written(file, file.model_dump(exclude_none=True)))
     for name in ("limits", "replacements"):
         if not values[name]:
@@ -25,6 +25,7 @@ def resolved(file: MissionFile, law: Law) -> dict[str, Any]:
     values["controller"]["poles"] = {
         chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in law.poles[chain]] for chain in chains
     }
+    values["controller"] |= {"feedback": feedback} | ({} if rate is None else {"rate": rate})
     start = {"thrust": law.vehicle.weight} | values["start"]
     if not {"attitude", "quaternion"} & set(start):
         start = {"roll": 0.0, "pitch": 0.0, "yaw": 0.0} | start

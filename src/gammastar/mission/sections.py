@@ -87,7 +87,7 @@ class ControllerSection(Section):
     poles: Annotated[Any, PlainValidator(_poles)] = default_of(design, "poles")  # [1/s]
     yaw_output: Annotated[str, one_of(YAW_OUTPUTS)] = "r"
     yaw_reference: Number = default_of(fly, "yaw_reference")  # of beta(r), r about the third body axis
-    feedback: Annotated[str, one_of(FEEDBACKS)] = default_of(fly, "feedback")
+    feedback: Annotated[str, one_of(FEEDBACKS)] | None = default_of(fly, "feedback")
     rate: Positive | None = None  # [Hz]
 
     def design_poles(self) -> Any:

@@ -18,7 +18,7 @@ from gammastar.flight import FlightRecord
 from gammastar.frames import REVERSAL, convert_attitude, convert_vector
 from gammastar.path import Curve, Path, catalogue
 from gammastar.path.placement import Placement, placed
-from gammastar.vehicle import State, Vehicle
+from gammastar.vehicle import Rotors, State, Vehicle
 
 VECTORS = (
     "center",
@@ -31,13 +31,21 @@ VECTORS = (
 
 
 def vehicle_in_ned(vehicle: Vehicle, frame: str) -> Vehicle:
-    """Return a vehicle whose numbers were given in `frame`: loads turn as vectors, the inertia as S J S."""
+    """Return a vehicle whose numbers were given in `frame`: loads turn as vectors, the inertia as S J S, rotors with their places."""
     return dataclasses.replace(
         vehicle,
         inertia=convert_attitude(vehicle.inertia, frame),
         bias_acceleration=convert_vector(vehicle.bias_acceleration, frame),
         bias_torque=convert_vector(vehicle.bias_torque, frame),
+        rotors=None if vehicle.rotors is None else rotors_in_ned(vehicle.rotors, frame),
     )
+
+
+def rotors_in_ned(rotors: Rotors, frame: str) -> Rotors:
+    """Return rotors whose numbers were given in `frame`: places turn as vectors, and so does the axis about which they spin."""
+    places = np.array([convert_vector(each, frame) for each in np.asarray(rotors.positions)])
+    third = float(convert_vector((0.0, 0.0, 1.0), frame)[2])
+    return dataclasses.replace(rotors, positions=places, spins=third * np.asarray(rotors.spins))
 
 
 def path_in_ned(factory: Callable[..., Path], arguments: Mapping[str, Any], frame: str) -> Path:

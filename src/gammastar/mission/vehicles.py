@@ -1,4 +1,4 @@
-"""The [vehicle] section: the arguments of `Vehicle`, with [[vehicle.forces]] by the arguments of their classes."""
+"""The [vehicle] section: the arguments of `Vehicle`, with [[vehicle.forces]] and [vehicle.rotors] by the arguments of their classes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pydantic import PlainValidator, SerializeAsAny
 
 from gammastar.mission import turn
 from gammastar.mission.complaint import within
-from gammastar.mission.values import Construction, Tables, choose, section_of
-from gammastar.vehicle import Buoyancy, Force, LinearDrag, QuadraticDrag, RotorDrag, Vehicle
+from gammastar.mission.values import Array, Construction, Tables, choose, section_of
+from gammastar.vehicle import Buoyancy, Force, LinearDrag, QuadraticDrag, RotorDrag, Rotors, Vehicle
 
 FORCES: dict[str, type[Construction]] = {
     kind: section_of(factory, Construction, kind=kind)
@@ -39,8 +39,21 @@ class VehicleArguments(Construction):
         for k, section in enumerate(arguments.pop("forces")):
             with within(f"[vehicle.forces.{k}]"):
                 forces.append(section.factory()(**section.arguments()))
+        if (section := arguments.pop("rotors")) is not None:
+            with within("[vehicle.rotors]"):
+                arguments["rotors"] = Rotors(**section.arguments())
         with within("[vehicle]"):
             return turn.vehicle_in_ned(Vehicle(**arguments, forces=forces), frame)
 
 
-VehicleSection = section_of(Vehicle, VehicleArguments, {"forces": Annotated[list[AnyForce], Tables]})
+RotorsSection = section_of(Rotors, Construction, {"lag": Array})
+
+
+def _rotors(values: Any) -> Construction:
+    return RotorsSection.model_validate(values)
+
+
+AnyRotors = Annotated[SerializeAsAny[Construction], PlainValidator(_rotors)]
+VehicleSection = section_of(
+    Vehicle, VehicleArguments, {"forces": Annotated[list[AnyForce], Tables], "rotors": AnyRotors | None}
+)
