@@ -45,14 +45,26 @@ if _TYPE_CHECKING:
     from gammastar.path.placement import placed
     from gammastar.path.table import read_points
     from gammastar.path.waypoints import waypoints
-    from gammastar.vehicle import Rotors, State, Vehicle
+    from gammastar.vehicle import (
+        Buoyancy,
+        CustomForce,
+        LinearDrag,
+        QuadraticDrag,
+        RotorDrag,
+        Rotors,
+        State,
+        Vehicle,
+    )
+    from gammastar.vehicle import presets as vehicles
 
 __all__ = [
     "Along",
     "Approach",
     "Azimuth",
+    "Buoyancy",
     "Channel",
     "Curve",
+    "CustomForce",
     "FlightRecord",
     "Gusts",
     "INTEGRATORS",
@@ -61,12 +73,15 @@ __all__ = [
     "Leg",
     "Legs",
     "Limits",
+    "LinearDrag",
     "Mission",
     "Point",
     "Prediction",
     "Profile",
+    "QuadraticDrag",
     "Ramp",
     "Replacement",
+    "RotorDrag",
     "Rotors",
     "SensorNoise",
     "Sensors",
@@ -89,6 +104,7 @@ __all__ = [
     "placed",
     "read_points",
     "so3",
+    "vehicles",
     "waypoints",
 ]
 __version__ = "0.1.0"
@@ -111,10 +127,14 @@ _ROOMS = {  # room -> the public names that it has
     "path.placement": ("placed",),
     "path.table": ("read_points",),
     "path.waypoints": ("waypoints",),
-    "vehicle": ("Rotors", "State", "Vehicle"),
+    "vehicle": (
+        *("Buoyancy", "CustomForce", "LinearDrag", "QuadraticDrag", "RotorDrag"),
+        *("Rotors", "State", "Vehicle"),
+    ),
 }
 _HOMES = {name: (room, name) for room, names in _ROOMS.items() for name in names}
 _HOMES["load_mission"] = ("mission", "load")
+_ALIASES = {"paths": "path.catalogue", "vehicles": "vehicle.presets"}  # public name -> module that it stands for
 
 
 def __dir__() -> list[str]:
@@ -124,8 +144,8 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> _typing.Any:
     """Load a public name or a room on first use, so that a command can be interrupted while libraries still load."""
-    if name == "paths":
-        value: _typing.Any = _importlib.import_module("gammastar.path.catalogue")
+    if name in _ALIASES:
+        value: _typing.Any = _importlib.import_module(f"gammastar.{_ALIASES[name]}")
     elif name in _HOMES:
         room, own = _HOMES[name]
         value = getattr(_importlib.import_module(f"gammastar.{room}"), own)

@@ -56,6 +56,26 @@ def test_missions_lists_every_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert listed == [{"name": name, "title": load(name).title} for name in names()]
 
 
+def test_vehicles_lists_every_name_with_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
+    names_of_vehicles = gammastar.vehicles.names()
+    lines = run(capsys, "vehicles").splitlines()
+    assert [line.split()[0] for line in lines] == ["name", *names_of_vehicles]
+    listed = {row["name"]: row for row in one_object(run(capsys, "vehicles", "--json"))["vehicles"]}
+    assert list(listed) == names_of_vehicles
+    assert listed["crazyflie"]["thrust_to_weight"] == pytest.approx(1.95, abs=0.01)
+    assert listed["cubesat"]["thrust_to_weight"] is None
+    row = next(line for line in lines if line.startswith("hummingbird"))
+    assert "10.2" in row
+    assert row.endswith(listed["hummingbird"]["source"])
+
+
+def test_one_vehicle_is_printed_with_the_sources_of_its_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(capsys, "vehicles", "racer") == gammastar.vehicles.preset("racer").text
+    assert one_object(run(capsys, "vehicles", "racer", "--json"))["rotors"] == 4
+    assert main(["vehicles", "racr"]) == 2
+    assert 'did you mean "racer"?' in capsys.readouterr().err
+
+
 def test_show_prints_a_mission_that_can_be_flown_again(capsys: pytest.CaptureFixture[str]) -> None:
     printed = run(capsys, "show", "helix", "--set", "path.radius=2", "--set", "title=wide")
     again = parse(printed)

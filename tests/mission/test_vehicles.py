@@ -11,7 +11,7 @@ import pytest
 from gammastar.errors import GammastarError, MissionError
 from gammastar.mission import Mission, parse
 from gammastar.mission.vehicles import FORCES
-from gammastar.vehicle import Force, Vehicle, split
+from gammastar.vehicle import Force, Rotors, Vehicle, presets, split
 
 SHORT: dict[str, Any] = {
     "vehicle": {"mass": 0.5, "inertia": [0.004, 0.004, 0.007]},
@@ -35,6 +35,12 @@ def mission(vehicle: dict[str, Any], **changes: Any) -> Mission:
 
 def flown(each: Mission) -> Vehicle:
     return each.law().vehicle
+
+
+def of_preset(name: str, frame: str = "ned", **changes: Any) -> Mission:
+    """Return a short mission of a preset with some keys changed."""
+    start = {"position": [1.5, 0, 0.2]} | ({"thrust": 0.1} if presets.load(name).weight == 0 else {})
+    return Mission.from_values(SHORT | {"vehicle": {"preset": name} | changes, "frame": frame, "start": start})
 
 
 def test_every_force_with_plain_numbers_can_be_named() -> None:
@@ -94,3 +100,107 @@ def test_negative_added_mass_is_refused() -> None:
         mission({"added_mass": -1.0})
     with pytest.raises(MissionError, match="added_mass must be a number"):
         mission({"added_mass": "1"})
+
+
+# --- rotors and presets ----------------------------------------------------------------------------------------------
+
+RING = {
+    "count": 4,
+    "arm": 0.2,
+    "thrust_coefficient": 1e-5,
+    "torque_coefficient": 2e-7,
+    "fastest": 800,
+    "first_angle": 30,
+}
+PLACES = [[0.1, 0.12, 0.01], [-0.1, 0.12, 0.01], [-0.1, -0.12, 0.01], [0.12, -0.12, 0.01]]
+PLACED = {
+    "positions": PLACES,
+    "spins": [-1, 1, -1, 1],
+    "thrust_coefficient": 1e-5,
+    "torque_coefficient": 2e-7,
+    "fastest": 800,
+}
+
+
+def test_rotors_are_given_by_their_places_or_as_a_ring() -> None:
+    assert flown(mission({"rotors": PLACED})).rotors.signature == Rotors(**PLACED).signature
+    assert flown(mission({"rotors": RING})).rotors.signature == Rotors.ring(**RING).signature
+
+
+def test_rotors_of_enu_are_those_of_ned_turned_round() -> None:
+    """What is clockwise from above in one frame is so in the other: about an axis that points up that is -1."""
+    turned = [[x, -y, -z] for x, y, z in PLACES]
+    enu = flown(mission({"rotors": PLACED | {"positions": turned, "spins": [1, -1, 1, -1]}}, frame="enu"))
+    assert enu.rotors.signature == Rotors(**PLACED).signature
+    ring = flown(mission({"rotors": RING}, frame="enu")).rotors  # numbered and turning the other way round
+    assert ring.positions == pytest.approx(Rotors.ring(**RING).positions * [1, -1, 1])
+    assert ring.spins.tolist() == [-1, 1, -1, 1]
+
+
+@pytest.mark.parametrize("name", presets.names())
+@pytest.mark.parametrize("frame", ["ned", "enu"])
+def test_a_preset_is_the_same_vehicle_in_every_frame_and_is_written_out_by_its_numbers(name: str, frame: str) -> None:
+    first = of_preset(name, frame)
+    assert flown(first).signature == presets.load(name).signature
+    assert "preset" not in first.values()["vehicle"]
+    again = parse(first.toml())
+    assert again == first
+    assert flown(again).signature == flown(first).signature
+
+
+def test_any_key_overrides_a_preset_and_the_rest_stays() -> None:
+    found = flown(of_preset("hummingbird", mass=0.6, rotors={"fastest": 1200}, forces=[]))
+    known = presets.load("hummingbird")
+    assert (found.mass, found.rotors.fastest, found.forces) == (0.6, 1200, ())
+    assert found.gravity == known.gravity
+    assert found.rotors.lag == known.rotors.lag
+    assert flown(of_preset("hummingbird", rotors=RING)).rotors.signature == Rotors.ring(**RING).signature
+    assert flown(of_preset("lee", rotors=RING)).rotors.signature == Rotors.ring(**RING).signature
+
+
+def test_an_override_is_in_the_frame_of_the_mission() -> None:
+    found = flown(of_preset("paper", "enu", bias_acceleration=[0.1, 0.2, 0.3]))
+    assert found.bias_acceleration.tolist() == [0.1, -0.2, -0.3]
+
+
+def test_a_changed_preset_stays_a_preset() -> None:
+    """What is set on the command line changes what was written, not what it stood for."""
+    changed = of_preset("hummingbird").with_values({"vehicle.mass": 0.7})
+    assert flown(changed).rotors is not None
+    assert (
+        flown(changed.with_values({"vehicle.preset": "paper"})).signature
+        == Vehicle(0.7, (0.0177, 0.0177, 0.0344), 9.8).signature
+    )
+
+
+def test_limits_of_a_preset_count_unless_the_mission_has_its_own() -> None:
+    first = of_preset("qdrone")
+    assert first.values()["limits"] == {"thrust": 16.0, "torque": 0.8}
+    assert first.certify().check("most thrust").limit == 16.0
+    own = first.with_values({"limits.thrust": 12.0})
+    assert own.certify().check("most thrust").limit == 12.0
+    assert own.certify().check("torque").limit == 0.8
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "reason"),
+    [
+        ({"preset": "humingbird"}, 'preset must be one of .*did you mean "hummingbird"'),
+        ({"preset": 3}, "preset must be one of"),
+        ({"preset": "paper", "mass": -1.0}, r"\[vehicle\] mass"),
+        ({"preset": "paper", "mas": 1.0}, 'unknown key "mas" in .vehicle.; did you mean "mass"'),
+        ({"preset": "paper", "rotors": {"fastest": 800}}, r'\[vehicle.rotors\] must have the key "positions"'),
+        ({"preset": "hummingbird", "rotors": {"fast": 800}}, r'unknown key "fast" in \[vehicle.rotors\]'),
+        ({"preset": "hummingbird", "rotors": {"count": 4}}, r'\[vehicle.rotors\] must have the key "arm"'),
+        ({"preset": "hummingbird", "rotors": {"slowest": 1500}}, r"\[vehicle.rotors\] the slowest speed"),
+        ({"preset": "hummingbird", "rotors": 4}, r"\[vehicle.rotors\] must be a table"),
+        ({"mass": 1.0}, 'must have the key "inertia"'),
+        ({"mass": 1.0, "inertia": [1, 1, 1], "rotors": {"arm": 1}}, 'must have the key "count"'),
+        ({"mass": 1.0, "inertia": [1, 1, 1], "rotors": RING | {"lag": -1}}, r"\[vehicle.rotors\] lag"),
+        ({"prest": "paper"}, 'did you mean "preset"'),
+    ],
+)
+def test_what_is_no_vehicle_is_refused_in_one_sentence(vehicle: dict[str, Any], reason: str) -> None:
+    with pytest.raises(GammastarError, match=reason) as caught:
+        Mission.from_values(SHORT | {"vehicle": vehicle})
+    assert "\n" not in str(caught.value)

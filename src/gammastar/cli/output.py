@@ -121,6 +121,21 @@ def missions(titles: Mapping[str, str], as_json: bool) -> None:
     text("\n".join(f"{name:<{width}}  {title}" for name, title in titles.items()))
 
 
+def vehicles(rows: Sequence[Mapping[str, Any]], as_json: bool) -> None:
+    """Print what vehicles weigh and can do; a dash where a number is not known or has no meaning."""
+    if as_json:
+        json_object({"vehicles": list(rows)})
+        return
+    head = ("name", "mass [kg]", "inertia [kg m^2]", "rotors", "thrust to weight", "hover throttle", "source")
+    lines = [head]
+    for row in rows:
+        inertia = ", ".join(f"{moment:.3g}" for moment in row["inertia_kg_m2"])
+        shares = ("-" if row[key] is None else f"{row[key]:.3g}" for key in ("thrust_to_weight", "hover_throttle"))
+        lines.append((row["name"], f"{row['mass_kg']:g}", inertia, str(row["rotors"] or "-"), *shares, row["source"]))
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    text("\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines))
+
+
 def reproduction(numbers: Mapping[str, Any], index: Path, as_json: bool) -> None:
     """Print how many of the paper's messages hold, and where the page is that shows why."""
     if as_json:

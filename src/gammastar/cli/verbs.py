@@ -123,6 +123,24 @@ def missions(as_json: AsJson = False) -> None:
 
 
 @app.command()
+def vehicles(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="One of them: its numbers with their sources.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the built-in vehicles, or print one with the source beside every number."""
+    from gammastar.vehicle import presets
+
+    if name is None:
+        output.vehicles([presets.preset(each).as_dict() for each in presets.names()], as_json)
+    elif as_json:
+        output.json_object(presets.preset(name).as_dict())
+    else:
+        output.text(presets.preset(name).text, end="")
+
+
+@app.command()
 def show(name: MissionName, changes: Changes = None, as_json: AsJson = False) -> None:
     """Print a mission as TOML with every default written out; it can be flown again."""
     chosen = _mission(name, changes)

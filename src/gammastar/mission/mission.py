@@ -236,7 +236,7 @@ class Mission:
     @functools.cached_property
     def _limits(self) -> Limits:
         with within("[limits]"):
-            return Limits(**self.file.limits.arguments())
+            return Limits(**(self.file.vehicle.limits() | self.file.limits.model_dump(exclude_none=True)))
 
     @functools.cached_property
     def _noise(self) -> SensorNoise | None:

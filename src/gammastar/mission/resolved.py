@@ -13,11 +13,11 @@ from gammastar.mission.tables import plain
 def resolved(file: MissionFile, law: Law, feedback: str, rate: float | None) -> dict[str, Any]:
     """Return a mission's nested plain values, those included that its law and its conditions have found."""
     values: dict[str, Any] = plain(with_paths_written(file, file.model_dump(exclude_none=True)))
+    values["vehicle"] = plain(file.vehicle.written(file.frame))
+    values["limits"] = file.vehicle.limits() | values["limits"]
     for name in ("limits", "replacements"):
         if not values[name]:
             del values[name]
-    if not values["vehicle"]["forces"]:
-        del values["vehicle"]["forces"]
     approach = law.approach
     if approach is not None:
         values["approach"] = vars(approach) | {"thrust_floor": approach.floor(law.vehicle)}

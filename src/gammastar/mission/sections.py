@@ -51,7 +51,7 @@ from gammastar.mission.values import (
     one_of,
     section_of,
 )
-from gammastar.mission.vehicles import VehicleArguments, VehicleSection
+from gammastar.mission.vehicles import VehicleArguments, vehicle_section
 
 HEADINGS: dict[str, type[Construction]] = {
     kind.__name__.lower(): section_of(kind, Construction, kind=kind.__name__.lower())
@@ -171,7 +171,7 @@ class MissionFile(Section):
     @field_validator("vehicle", mode="wrap")
     @classmethod
     def _vehicle(cls, value: Any, handler: Any) -> VehicleArguments:
-        return VehicleSection.model_validate(value)
+        return vehicle_section(value)
 
     @field_validator("approach", mode="wrap")
     @classmethod

@@ -60,7 +60,11 @@ Kind = TypeVar("Kind", bound=Construction)
 
 
 def section_of(
-    factory: Callable[..., Any], base: type[Kind], types: Mapping[str, Any] | None = None, **tag: str
+    factory: Callable[..., Any],
+    base: type[Kind],
+    types: Mapping[str, Any] | None = None,
+    optional: bool = False,
+    **tag: str,
 ) -> type[Kind]:
     """Return the section whose keys, types and defaults are those of a function's or class's own signature.
 
@@ -68,6 +72,7 @@ def section_of(
         factory: Its parameters must be annotated with numbers, truth values, strings, literals, `ArrayLike`, or formulas.
         base: Section that it becomes one of, with its keys beside.
         types: Of parameters that are none of these.
+        optional: Whether all may be left out, and are None then: for changes of something that has them all.
         tag: One more key and its value, by which the section is chosen from several.
     """
     fields: dict[str, Any] = {key: (str, value) for key, value in tag.items()}
@@ -76,7 +81,7 @@ def section_of(
             continue
         default = ... if parameter.default is parameter.empty else parameter.default
         kind = (types or {}).get(name) or _value_type(parameter.annotation)
-        fields[name] = (kind, Field(default, validate_default=True))
+        fields[name] = (kind | None, None) if optional else (kind, Field(default, validate_default=True))
 
     class Arguments(base):  # type: ignore[misc, valid-type]
         @classmethod
