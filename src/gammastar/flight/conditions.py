@@ -63,6 +63,7 @@ class Conditions:
             "an estimator": law.estimator,
             "sensors": self.sensors,
             "wind": self.wind,
+            "the interface 'rates'": law.interface == "rates",
         }
         return next((reason for reason, given in reasons.items() if given), None)
 
@@ -104,7 +105,7 @@ class Conditions:
             raise InputError(
                 "the vehicle that flies must take the commands of the one believed in (got other rotors); give both as many rotors"
             )
-        plant = Plant(truth, interval, substeps, method)
+        plant = Plant(truth, interval, substeps, method, law.interface)
         return AutopilotLoop(Autopilot(guidance, interval, feedback == "middle"), plant, self._sensors(), self.wind)
 
     def _truth(self, law: Law) -> Vehicle:

@@ -14,7 +14,7 @@ import numpy as np
 from gammastar.flight.integrator import Integrator
 from gammastar.law.actuation import actuation_of
 from gammastar.law.autopilot import pending_intervals
-from gammastar.vehicle import StateGraph, Vehicle
+from gammastar.vehicle import Rotors, StateGraph, Vehicle
 
 MOTION = 18  # position, velocity, attitude, angular velocity
 
@@ -27,16 +27,22 @@ class Plant:
     interval: float  # [s]
     substeps: int  # integration steps in an interval
     integrator: Integrator
+    interface: str = "wrench"  # or 'rates': commands are thrust and body rates, followed by an inner loop
+
+    @property
+    def rotors(self) -> Rotors | None:
+        """Return the rotors that are commanded; an inner loop keeps its own to itself."""
+        return None if self.interface == "rates" else self.vehicle.rotors
 
     @property
     def rotor_count(self) -> int:
         """Return how many rotors there are."""
-        return 0 if self.vehicle.rotors is None else self.vehicle.rotors.count
+        return 0 if self.rotors is None else self.rotors.count
 
     @property
     def command_size(self) -> int:
         """Return how many numbers a command has."""
-        return actuation_of(self.vehicle).command_size
+        return actuation_of(self.vehicle, self.interface).command_size
 
     @property
     def pending(self) -> int:
@@ -51,39 +57,47 @@ class Plant:
     @property
     def signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph as a constant."""
-        return (self.vehicle.signature, self.interval, self.substeps, self.integrator.name)
+        return (self.vehicle.signature, self.interval, self.substeps, self.integrator.name, self.interface)
 
     def start(self, state: np.ndarray) -> np.ndarray:
         """Return the first state (size,) of a vehicle with a stacked state (20,), whose actuators give the thrust in it."""
-        actuation = actuation_of(self.vehicle)
+        actuation = actuation_of(self.vehicle, self.interface)
         held = np.array([state[18], 0.0, 0.0, 0.0]) if self.rotor_count == 0 else actuation.start(state[18])
         return np.concatenate([state[:MOTION], held if self.rotor_count else [], np.tile(held, self.pending)])
 
     def acting(self, state: Any, command: Any) -> Any:
         """Graph: return the command that acts in this interval, when another one is given now; rotors take it within their limits."""
         acting = state[MOTION + self.rotor_count :][: self.command_size] if self.pending else command
-        rotors = self.vehicle.rotors
+        rotors = self.rotors
         return acting if rotors is None else ca.fmin(ca.fmax(acting, rotors.slowest), rotors.fastest)
 
     def speeds(self, state: Any, acting: Any) -> Any:
         """Graph: return the rotor speeds SX (n,) [rad/s] as the interval begins: those without lag are what is commanded."""
-        if self.vehicle.rotors is None:
+        if self.rotors is None:
             return ca.SX(0, 1)
         speeds = state[MOTION : MOTION + self.rotor_count]
-        up, down = (float(lag == 0) for lag in np.asarray(self.vehicle.rotors.lag))
+        up, down = (float(lag == 0) for lag in np.asarray(self.rotors.lag))
         return ca.if_else(ca.if_else(acting > speeds, up, down), acting, speeds)
 
     def motion(self, state: Any, acting: Any) -> tuple[StateGraph, Any]:
         """Graph: return the motion with the thrust and its rate, and the wrench SX (4,), as the interval begins."""
-        rotors, thrust_rate = self.vehicle.rotors, ca.SX(0)
+        rotors, thrust_rate = self.rotors, ca.SX(0)
         wrench = acting
         if rotors is not None:
             speeds = self.speeds(state, acting)
             wrench = rotors.wrench(rotors.thrusts(speeds))
             coefficient = ca.DM(np.asarray(rotors.thrust_coefficient))
             thrust_rate = ca.sum1(2 * coefficient * speeds * self._speed_rates(speeds, acting))
-        attitude = ca.reshape(state[6:15], 3, 3)
-        return StateGraph(state[0:3], state[3:6], attitude, state[15:18], wrench[0], thrust_rate), wrench
+        attitude, rates = ca.reshape(state[6:15], 3, 3), state[15:18]
+        if self.interface == "rates":
+            inertia = ca.DM(np.asarray(self.vehicle.inertia))
+            gyroscopic = ca.cross(rates, ca.mtimes(inertia, rates))
+            wrench = ca.vertcat(acting[0], ca.mtimes(inertia, self._following(rates, acting)) + gyroscopic)
+        return StateGraph(state[0:3], state[3:6], attitude, rates, wrench[0], thrust_rate), wrench
+
+    def _following(self, angular_velocity: Any, acting: Any) -> Any:
+        """Graph: return the angular acceleration SX (3,) [rad/s^2] with which an inner loop follows commanded body rates."""
+        return self.vehicle.rate_bandwidth * (acting[1:] - angular_velocity)
 
     def step(self, state: Any, command: Any, wind: Any) -> Any:
         """Graph: return the state SX (size,) after an interval in steady wind SX (3,) [m/s], when a command is given at its start."""
@@ -105,16 +119,17 @@ class Plant:
     def _field(self, attitude: Any, euclidean: Any, command: Any, wind: Any) -> tuple[Any, Any]:
         """Graph: return the body rates, and the rates of everything but the attitude."""
         velocity, rates, speeds = euclidean[3:6], euclidean[6:9], euclidean[9:]
-        rotors = self.vehicle.rotors
+        rotors = self.rotors
         wrench = command if rotors is None else rotors.wrench(rotors.thrusts(speeds))
         state = StateGraph(euclidean[0:3], velocity, attitude, rates, wrench[0], ca.SX(0))
         acceleration = self.vehicle.acceleration(state, wind=wind)
-        turning = self.vehicle.angular_acceleration(rates, wrench[1:])
+        by_rates = self.interface == "rates"
+        turning = self._following(rates, command) if by_rates else self.vehicle.angular_acceleration(rates, wrench[1:])
         return rates, ca.vertcat(velocity, acceleration, turning, self._speed_rates(speeds, command))
 
     def _speed_rates(self, speeds: Any, command: Any) -> Any:
         """Graph: return the rates of the rotor speeds SX (n,) [rad/s^2], zero where there is no lag."""
-        if self.vehicle.rotors is None:
+        if self.rotors is None:
             return ca.SX(0, 1)
-        up, down = (1 / lag if lag > 0 else 0.0 for lag in np.asarray(self.vehicle.rotors.lag))
+        up, down = (1 / lag if lag > 0 else 0.0 for lag in np.asarray(self.rotors.lag))
         return (command - speeds) * ca.if_else(command > speeds, up, down)

@@ -159,6 +159,6 @@ class RotorSpeeds:
         return self.rotors.thrusts(ca.fmin(ca.fmax(speeds, self.rotors.slowest), self.rotors.fastest))
 
 
-def actuation_of(vehicle: Vehicle) -> Actuation:
-    """Return how a vehicle takes commands: by its rotors if it has any, as a wrench otherwise."""
-    return Direct() if vehicle.rotors is None else RotorSpeeds(vehicle.rotors)
+def actuation_of(vehicle: Vehicle, interface: str) -> Actuation:
+    """Return how a vehicle takes commands: by its rotors if it has any; otherwise, or when it takes body rates, as they are."""
+    return Direct() if vehicle.rotors is None or interface == "rates" else RotorSpeeds(vehicle.rotors)

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine, so3
-from gammastar.law.actuation import Actuation, actuation_of
+from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
 from gammastar.law.approach import FLOOR_POLE, FLOOR_SHARE
 from gammastar.law.guidance import Decision, Guidance, Surroundings
@@ -24,6 +24,7 @@ from gammastar.law.law import Law
 from gammastar.law.measurement import SIZE as MEASUREMENT_SIZE
 from gammastar.law.measurement import Measurement, split_measurement
 from gammastar.law.piecewise import DATA_SIZE
+from gammastar.law.rates import RateDecision, decide_by_rates
 from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
@@ -63,7 +64,7 @@ class Autopilot:
     @property
     def actuation(self) -> Actuation:
         """Return how commands reach the vehicle."""
-        return actuation_of(self.vehicle)
+        return actuation_of(self.law.vehicle, self.law.interface)
 
     @property
     def pending(self) -> int:
@@ -82,7 +83,7 @@ class Autopilot:
             "parameter": 1,  # of the path, as tracked
             "waiting": 1,
             "thrust": 2,  # zeta1 [N], zeta2 [N/s]
-            "held": 4,  # wrench reached in the interval before [N, N m]
+            "held": 4,  # wrench reached in the interval before [N, N m], or thrust and body rates commanded [N, rad/s]
             "actuation": self.actuation.size,
             "history": 4
             * (self.pending + 1),  # mean wrenches of the interval just flown and of those to come, oldest first
@@ -134,10 +135,17 @@ class Autopilot:
         seen, later = self._predicted(now, told, history, unknown)
         tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
         parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
-        decision = self.guidance.decide(seen, parameter, waiting, time + self.horizon, around, later)
-        thrust, given, input_ = self._actuated(now, seen, decision)
+        at = (seen, parameter, waiting, time + self.horizon, around, later)
+        if self.law.interface == "rates":
+            slow = decide_by_rates(self.guidance, *at)
+            thrust, given, told_input = self._actuated_by_rates(now, slow)
+            parameter_rate, constrained = slow.parameter_rate, slow.constrained
+        else:
+            decision = self.guidance.decide(*at)
+            thrust, given, told_input = self._actuated(now, decision)
+            parameter_rate, constrained = decision.parameter_rate, decision.constrained
         parts = {
-            "parameter": parameter + self.interval * decision.parameter_rate,
+            "parameter": parameter + self.interval * parameter_rate,
             "waiting": waiting,
             "thrust": thrust,
             "held": given.reached,
@@ -147,9 +155,9 @@ class Autopilot:
             "estimate": estimate,
         }
         told_of = {
-            "input": input_,
+            "input": told_input,
             "waiting": waiting,
-            "constrained": ca.logic_or(decision.constrained, given.given_up > 0),
+            "constrained": ca.logic_or(constrained, given.given_up > 0),
             "given_up": given.given_up,
             "unknown": ca.vertcat(*(ca.SX(ca.DM(each)) if isinstance(each, tuple) else each for each in unknown)),
             "position": told.position,
@@ -193,9 +201,7 @@ class Autopilot:
         if rejection is None:
             return ca.SX(0, 1), Unknown()
         middle = told.attitude @ so3.exp(-told.angular_velocity * self.interval / 2)
-        rates = told.angular_velocity - self.interval / 2 * self.vehicle.angular_acceleration(
-            told.angular_velocity, wrench[1:]
-        )
+        rates = told.angular_velocity - self.interval / 2 * self._turning(told.angular_velocity, wrench, Unknown())
         acceleration, turning = self._modelled(told.velocity, middle, rates, wrench, Unknown())
         error = told.position - self.law.path.foot(told.position, place)
         memory = rejection.advanced(
@@ -209,10 +215,15 @@ class Autopilot:
     ) -> tuple[Any, Any]:
         """Graph: return acceleration SX (3,), world, and angular acceleration SX (3,), body, under a wrench SX (4,)."""
         state = StateGraph(ca.SX.zeros(3), velocity, attitude, angular_velocity, wrench[0], ca.SX(0))
-        return (
-            self.vehicle.acceleration(state, unknown),
-            self.vehicle.angular_acceleration(angular_velocity, wrench[1:], unknown),
-        )
+        return self.vehicle.acceleration(state, unknown), self._turning(angular_velocity, wrench, unknown)
+
+    def _turning(self, angular_velocity: Any, wrench: Any, unknown: Unknown) -> Any:
+        """Graph: return the angular acceleration SX (3,), body, under a wrench, or under commanded body rates in its place."""
+        if self.law.interface == "wrench":
+            return self.vehicle.angular_acceleration(angular_velocity, wrench[1:], unknown)
+        extra = unknown.angular_acceleration
+        following = self.vehicle.rate_bandwidth * (wrench[1:] - angular_velocity)
+        return following + (ca.DM(extra) if isinstance(extra, tuple) else extra)
 
     def _predicted(
         self, now: dict[str, Any], told: Measurement, history: list[Any], unknown: Unknown
@@ -237,8 +248,8 @@ class Autopilot:
         """Graph: return the state after a step in which the wrench goes from one to another; Simpson's rule, midpoint for the turn."""
         middle = (first + last) / 2
         rates = state.angular_velocity
-        halfway = rates + step / 2 * self.vehicle.angular_acceleration(rates, (3 * first + last)[1:] / 4, unknown)
-        after = rates + step * self.vehicle.angular_acceleration(halfway, middle[1:], unknown)
+        halfway = rates + step / 2 * self._turning(rates, (3 * first + last) / 4, unknown)
+        after = rates + step * self._turning(halfway, middle, unknown)
         turned = state.attitude @ so3.exp((rates + halfway) * step / 4), state.attitude @ so3.exp(halfway * step)
 
         def acceleration(velocity: Any, attitude: Any, thrust: Any, time: float) -> Any:
@@ -257,7 +268,19 @@ class Autopilot:
             state.thrust_rate,
         )
 
-    def _actuated(self, now: dict[str, Any], seen: StateGraph, decision: Decision) -> tuple[Any, Any, Any]:
+    def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any]:
+        """Graph: return the next thrust states, what is given, and the input that this means; the thrust has one integrator."""
+        lowest, highest = self.thrust_range
+        zeta1 = now["thrust"][0]
+        least = -NO_BOUND if np.isinf(lowest) else -FLOOR_POLE * (zeta1 - lowest)
+        most = NO_BOUND if np.isinf(highest) else -FLOOR_POLE * (zeta1 - highest)
+        thrust_rate = ca.fmin(ca.fmax(decision.thrust_rate, least), most)
+        command = ca.vertcat(zeta1, decision.rates)
+        given = Given(command, ca.SX(0, 1), command, command, ca.SX(0), 3 * (thrust_rate != decision.thrust_rate))
+        thrust = ca.fmin(ca.fmax(zeta1 + self.interval * thrust_rate, lowest), highest)
+        return ca.vertcat(thrust, thrust_rate), given, ca.vertcat(0, decision.rates)
+
+    def _actuated(self, now: dict[str, Any], decision: Decision) -> tuple[Any, Given, Any]:
         """Graph: return the next thrust states, what is given, and the input SX (4,) that this means."""
         lowest, highest = self.thrust_range
         zeta1, zeta2 = ca.vertsplit(now["thrust"])

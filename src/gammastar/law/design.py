@@ -20,6 +20,7 @@ from gammastar.vehicle import Vehicle
 DEFAULT_POLES = (-2.2, -2.4, -2.6, -2.8)  # [1/s] distinct and near -2.5, the design's choice for the paper's scenarios
 DEFAULT_YAW_POLE = -2.5  # [1/s]
 CHAINS = {"transverse": 4, "transverse_2": 4, "tangential": 4, "speed": 3, "yaw": 1}  # states that each chain has
+INTERFACES = ("wrench", "rates")
 YAW_RATE_RANGE = 100.0  # [rad/s] over which the slope of a yaw output is checked
 
 Poles = complex | Sequence[complex] | Mapping[str, Any]
@@ -33,6 +34,7 @@ def design(
     approach: Approach | None = None,
     rejection: Rejection | None = None,
     estimator: Any = None,
+    interface: str = "wrench",
 ) -> Law:
     """Return the path-following law of a vehicle and a path with prescribed poles.
 
@@ -47,6 +49,8 @@ def design(
         yaw_output: Graph beta(r) of Eq. (14), smooth and with a slope that never vanishes; r itself when left out.
         approach: Bounds and modes that bring the vehicle in from anywhere, for a curve; none when left out.
         rejection: `Observer` or `IntegralAction`: what estimates unknown forces and torques; none when left out.
+        interface: 'wrench' commands thrust and torque, or rotor speeds; 'rates' thrust and body rates, one integrator less: every chain
+            is one state shorter, and of poles that are given for the longer chain the slowest is left out.
         estimator: `Filter` between sensors and law; measurements are taken as they are when left out.
 
     Raises:
@@ -71,7 +75,9 @@ def design(
     else:
         chosen.update(transverse=poles, tangential=poles, yaw=poles if shape_of(poles) == () else DEFAULT_YAW_POLE)
     chosen.setdefault("transverse_2", chosen["transverse"])
-    resolved = {chain: chain_poles(chosen[chain], CHAINS[chain], chain) for chain in chosen}
+    if interface not in INTERFACES:
+        raise UnknownNameError("interface", interface, INTERFACES)
+    resolved = {chain: _poles(chosen[chain], chain, interface) for chain in chosen}
     resolved.setdefault("speed", without_slowest(resolved["tangential"]))
     if approach is not None:
         if path.components != 3:
@@ -79,10 +85,20 @@ def design(
                 "an approach from anywhere needs a curve (got an implicit path, which has no jet); give a curve"
             )
         approach.floor(vehicle)
-    law = Law(vehicle, path, resolved, yaw_output or _body_rate, approach, rejection, estimator)
+    law = Law(vehicle, path, resolved, yaw_output or _body_rate, approach, rejection, estimator, interface)
     assert law.gains  # refuses bad poles now, not in flight
     _check_yaw_output(law.yaw_output)
     return law
+
+
+def _poles(given: Any, chain: str, interface: str) -> tuple[complex, ...]:
+    """Return the poles of a chain: as many as it has states with an interface."""
+    count = CHAINS[chain]
+    if interface == "wrench" or chain == "yaw":
+        return chain_poles(given, count, chain)
+    if np.size(given) == count:
+        return without_slowest(chain_poles(given, count, chain))
+    return chain_poles(given, count - 1, chain)
 
 
 def _body_rate(yaw_rate: Any) -> Any:

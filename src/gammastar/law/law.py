@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -20,7 +20,8 @@ from gammastar.law.linearization import Linearization, decoupling_matrix, linear
 from gammastar.law.observer import Rejection
 from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
 from gammastar.law.reference import AnyReference, reference_given
-from gammastar.path import Path
+from gammastar.path import Path, PathOutputs
+from gammastar.taylor import Series
 from gammastar.vehicle import NOTHING, State, StateGraph, Unknown, Vehicle, split
 
 SMALLEST_MARGIN = 1e-6  # focal margin at which a start counts as singular; the law's gain grows as its inverse
@@ -43,6 +44,14 @@ class Control:
         return ca.jacobian(self.linearization.input_for(transverse, along, yaw), along)
 
 
+class RateControl(NamedTuple):
+    """Graph: what one evaluation of a law with the interface 'rates' gives."""
+
+    thrust_rate: Any  # SX [N/s]
+    rates: Any  # SX (2,) [rad/s], about the first two body axes
+    outputs: PathOutputs  # at zero jerk
+
+
 @dataclass(frozen=True, eq=False)
 class Law:
     """A path-following law: parameters only, no history; made by `design`."""
@@ -54,6 +63,7 @@ class Law:
     approach: Approach | None = None  # from anywhere; None is the paper's law and nothing else
     rejection: Rejection | None = None  # what estimates the unknown while an autopilot flies the law
     estimator: Any = None  # what the law believes of its motion; None takes measurements as they are
+    interface: str = "wrench"  # what is commanded: 'wrench' or 'rates', see `design`
 
     @functools.cached_property
     def gains(self) -> dict[str, np.ndarray]:
@@ -61,7 +71,7 @@ class Law:
         return {chain: gains_from_poles(poles) for chain, poles in self.poles.items()}
 
     def tangential_gains(self, holds_position: bool) -> np.ndarray:
-        """Return (k_1, ..., k_4) of the chain along the path; without a position to hold k_1 is zero, Eq. (26)."""
+        """Return (k_1, ..., k_4) of the chain along the path, one less for rates; without a position to hold k_1 is zero, Eq. (26)."""
         return self.gains["tangential"] if holds_position else np.concatenate([[0.0], self.gains["speed"]])
 
     @property
@@ -70,7 +80,7 @@ class Law:
         chains = tuple((chain, *gains.tolist()) for chain, gains in self.gains.items())
         return (
             *(self.vehicle.signature, self.path.graph_key, chains, self._yaw_output_key),
-            *(self.approach, self.rejection, self.estimator),
+            *(self.approach, self.rejection, self.estimator, self.interface),
         )
 
     @property
@@ -100,22 +110,62 @@ class Law:
             unknown: What acts on the vehicle beyond its model.
         """
         linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output, unknown)
-        outputs = linearization.outputs
+        wanted = self._wanted(linearization.outputs, reference, holds_position, 4)
+        yaw_rate = self._yaw_rate(yaw, state, place, linearization.outputs.tangential[1], linearization.yaw_value)
+        rates = (*wanted, yaw_rate)
+        return Control(linearization.input_for(*rates), linearization, rates)
+
+    def _wanted(self, outputs: PathOutputs, reference: Any, holds_position: bool, order: int) -> tuple[Any, Any]:
+        """Graph: return the derivatives of an order, four or three, that the transverse and tangential outputs are to have."""
         if callable(reference):
             reference = reference(outputs.tangential)
         if self.approach is not None:
             reference = ca.vertcat(reference[0], slowed(outputs.transverse[:, 0], self.longest_error) * reference[1:])
-        transverse, error = outputs.transverse, outputs.tangential - reference[:4]
+        transverse, error = outputs.transverse[:, :order], outputs.tangential[:order] - reference[:order]
         if self.approach is not None:
             transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
             along = self.longest_error * ca.norm_2(outputs.tangential_gradient)
             error = ca.vertcat(bounded(error[0], along), error[1:])
         per_row = [self.gains["transverse"]] * (self.path.components - 1) + [self.gains["transverse_2"]]
         transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * transverse)
-        tangential_rate = reference[4] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
-        yaw_rate = self._yaw_rate(yaw, state, place, outputs.tangential[1], linearization.yaw_value)
-        rates = (transverse_rate, tangential_rate, yaw_rate)
-        return Control(linearization.input_for(*rates), linearization, rates)
+        return transverse_rate, reference[order] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
+
+    def rate_control(
+        self,
+        state: StateGraph,
+        place: Any,
+        reference: Any,
+        holds_position: bool,
+        unknown: Unknown = NOTHING,
+    ) -> RateControl:
+        """Graph: return the thrust rate and the body rates about the first two axes at a state, for a law with the interface 'rates'.
+
+        The third derivatives of the outputs are affine in the jerk as the fourth ones are in the snap; body rates and thrust rate of
+        the state are not used.  Arguments as in `control`.
+        """
+        still = ca.SX.zeros(3)
+        series = [state.position, state.velocity, self.vehicle.acceleration(state, unknown), still]
+        outputs = self.path.outputs(Series.from_derivatives(series), place)
+        transverse, tangential = self._wanted(outputs, reference, holds_position, 3)
+        jerk = outputs.snap(
+            outputs.transverse_drift + transverse - outputs.transverse[:, 3],
+            outputs.tangential_drift + tangential - outputs.tangential[3],
+        )
+        thrust_rate, rates = self.vehicle.rates_for(state, jerk, state.angular_velocity[2], unknown)
+        return RateControl(thrust_rate, rates[:2], outputs)
+
+    def wait_by_rates(self, state: StateGraph, place: Any, unknown: Unknown = NOTHING) -> tuple[Any, Any]:
+        """Graph: return thrust rate and body rates SX (2,) that bring the vehicle to a fixed place of the path, as `wait` does."""
+        error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
+        chain = ca.horzcat(error, state.velocity, self.vehicle.acceleration(state, unknown))
+        jerk = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
+        thrust_rate, rates = self.vehicle.rates_for(state, jerk, state.angular_velocity[2], unknown)
+        return thrust_rate, rates[:2]
+
+    def yaw_acceleration(self, yaw: Any, state: StateGraph, place: Any, parameter_rate: Any) -> Any:
+        """Graph: return the r' [rad/s^2] that the chain of the yaw output asks for."""
+        value, slope = yaw_terms(self.yaw_output, state.angular_velocity[2])
+        return self._yaw_rate(yaw, state, place, parameter_rate, value) / slope
 
     def wait(self, state: StateGraph, place: Any, yaw: Any, unknown: Unknown = NOTHING) -> Any:
         """Graph: return the input SX (4,) that brings the vehicle to a fixed place of the path and holds it there.
@@ -126,9 +176,7 @@ class Law:
         acceleration, jerk = self.vehicle.acceleration(state, unknown), self.vehicle.jerk(state, unknown)
         chain = ca.horzcat(error, state.velocity, acceleration, jerk)
         snap = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
-        value, slope = yaw_terms(self.yaw_output, state.angular_velocity[2])
-        yaw_acceleration = self._yaw_rate(yaw, state, place, ca.SX(0), value) / slope
-        return self.vehicle.input_for(state, snap, yaw_acceleration, unknown)
+        return self.vehicle.input_for(state, snap, self.yaw_acceleration(yaw, state, place, ca.SX(0)), unknown)
 
     @property
     def lead(self) -> float:

@@ -195,16 +195,19 @@ def _progress(gains: np.ndarray, initial: Initial, reference: Reference, times: 
 
 
 def _chain(gains: np.ndarray, start: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return (n, 5): the chain from its start (4,), and its highest derivative, at times (n,)."""
+    """Return (n, 5): the chain of as many states as gains, from its start, and its higher derivatives up to the fourth, at times (n,)."""
     from scipy.linalg import expm
 
-    matrix = companion(gains)
+    matrix, start = companion(gains), start[: len(gains)]
     uniform = len(times) > 2 and np.allclose(np.diff(times), times[1] - times[0], rtol=1e-9, atol=0)
     if uniform:  # powers by squaring keep the error at rounding and cost log2(n) products
         values = _powers(expm(matrix * (times[1] - times[0])), len(times)) @ (expm(matrix * times[0]) @ start)
     else:
         values = expm(matrix * times[:, None, None]) @ start
-    return np.column_stack([values, values @ matrix[-1]])
+    highest = matrix[-1]
+    while values.shape[1] < 5:
+        values, highest = np.column_stack([values, values[:, : len(gains)] @ highest]), highest @ matrix
+    return np.asarray(values)
 
 
 def _powers(matrix: np.ndarray, count: int) -> np.ndarray:

@@ -65,6 +65,7 @@ class Vehicle:
     forces: Sequence[Force] = ()  # drag, buoyancy and the like
     rotors: Rotors | None = None  # what gives the wrench; None is any wrench, at once
     latency: float = 0.0  # [s] from a measurement to the beginning of what its command does
+    rate_bandwidth: float = 20.0  # [rad/s] of the inner loop that takes body rates, for a law with that interface
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", magnitude(self.mass, "mass [kg]", above=0))
@@ -77,6 +78,8 @@ class Vehicle:
         if self.rotors is not None:
             instance(self.rotors, Rotors, "rotors", "make them with gs.Rotors(...) or gs.Rotors.ring(...)")
         object.__setattr__(self, "latency", magnitude(self.latency, "latency [s]", at_least=0))
+        bandwidth = magnitude(self.rate_bandwidth, "rate bandwidth [rad/s]", above=0)
+        object.__setattr__(self, "rate_bandwidth", bandwidth)
         if self.forces:
             _check_relative_degree(self)
 
@@ -87,7 +90,7 @@ class Vehicle:
         numbers = (float(x) for values in arrays for x in np.ravel(values))
         rotors = None if self.rotors is None else self.rotors.signature
         forces = tuple(force.signature for force in self.forces)
-        return (self.mass, self.gravity, *numbers, self.added_mass, forces, rotors, self.latency)
+        return (self.mass, self.gravity, *numbers, self.added_mass, forces, rotors, self.latency, self.rate_bandwidth)
 
     @property
     def weight(self) -> float:
@@ -190,26 +193,48 @@ class Vehicle:
         )
         return ca.vertcat(thrust_ddot, torque)
 
+    def rates_for(self, state: StateGraph, jerk: Any, yaw_rate: Any, unknown: Unknown = NOTHING) -> tuple[Any, Any]:
+        """Graph: return the thrust rate [N/s] and the body rates SX (3,) [rad/s] that give a jerk [m/s^3] in calm air.
+
+        The inverse of `jerk`, for a vehicle that takes thrust and body rates; those of `state` are not used.  Singular where the
+        thrust is zero.
+        """
+        if not self.forces:
+            w = -self.moved_mass * ca.mtimes(state.attitude.T, jerk - _graph(unknown.jerk))
+            return w[2], ca.vertcat(-w[1] / state.thrust, w[0] / state.thrust, yaw_rate)
+        symbol = ca.SX.sym("rates", 4)
+        value = self.jerk(state._replace(thrust_rate=symbol[0], angular_velocity=symbol[1:]), unknown)
+        at_zero, slope, by_yaw = _affine(value, symbol)
+        thrust_rate, p, q = _cramer(slope, jerk - at_zero - by_yaw * yaw_rate)
+        return thrust_rate, ca.vertcat(p, q, yaw_rate)
+
     def snap_map(self, state: StateGraph, unknown: Unknown = NOTHING) -> tuple[Any, Any, Any]:
         """Graph: return the snap as s0 + B (u_d, p', q') + c r': s0 SX (3,), B SX (3, 3), c SX (3,), in calm air."""
         symbol = ca.SX.sym("input", 4)
-        value = self.snap(state, symbol[0], symbol[1:], unknown)
-        slope = ca.jacobian(value, symbol)
-        at_zero = ca.substitute(value, symbol, ca.SX.zeros(4))
-        return at_zero, slope[:, :3], slope[:, 3]
+        return _affine(self.snap(state, symbol[0], symbol[1:], unknown), symbol)
 
     def _solved(self, state: StateGraph, snap: Any, yaw_acceleration: Any, unknown: Unknown) -> list[Any]:
-        """Graph: return (u_d, p', q') that give a snap, by Cramer's rule."""
+        """Graph: return (u_d, p', q') that give a snap."""
         at_zero, slope, by_yaw = self.snap_map(state, unknown)
-        missing = snap - at_zero - by_yaw * yaw_acceleration
-        columns = ca.horzsplit(slope)
-        cofactors = [ca.cross(columns[k - 2], columns[k - 1]) for k in range(3)]
-        determinant = ca.dot(columns[0], cofactors[0])
-        return [ca.dot(missing, cofactor) / determinant for cofactor in cofactors]
+        return _cramer(slope, snap - at_zero - by_yaw * yaw_acceleration)
 
     def _with_force(self, modelled: Any, force: Callable[[], Any]) -> Any:
         """Graph: return an acceleration, or a derivative of it, with that of the forces; unchanged where there are none."""
         return modelled + force() / self.moved_mass if self.forces else modelled
+
+
+def _affine(value: Any, symbol: Any) -> tuple[Any, Any, Any]:
+    """Graph: return a vector SX (3,) that is affine in four symbols: at zero, slope (3, 3) by the first three, slope by the last."""
+    slope = ca.jacobian(value, symbol)
+    return ca.substitute(value, symbol, ca.SX.zeros(4)), slope[:, :3], slope[:, 3]
+
+
+def _cramer(matrix: Any, right: Any) -> list[Any]:
+    """Graph: return the solution of a 3x3 system by Cramer's rule."""
+    columns = ca.horzsplit(matrix)
+    cofactors = [ca.cross(columns[k - 2], columns[k - 1]) for k in range(3)]
+    determinant = ca.dot(columns[0], cofactors[0])
+    return [ca.dot(right, cofactor) / determinant for cofactor in cofactors]
 
 
 def _graph(value: Any) -> Any:
