@@ -186,6 +186,13 @@ def test_log_at_exactly_pi_is_one_of_the_two_opposite_vectors(axis: np.ndarray) 
     assert abs(w @ axis) == pytest.approx(np.pi, abs=ROUNDOFF)
 
 
+@given(rotations())
+def test_log_is_the_same_as_a_graph(R: np.ndarray) -> None:
+    """What a graph does not choose is finite too: no NaN at the identity, none at half a turn."""
+    symbol = ca.SX.sym("R", 3, 3)
+    assert np.array_equal(ca.Function("log", [symbol], [so3.log(symbol)])(R).full().ravel(), so3.log(R))
+
+
 # --- the nine coordinates: Proposition 1 -----------------------------------------------------------------------------
 
 

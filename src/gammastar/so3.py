@@ -113,22 +113,30 @@ def product(first: Any, second: Any) -> Any:
     return ca.vec(ca.reshape(first, 3, 3) @ ca.reshape(second, 3, 3))
 
 
-def log(attitude: ArrayLike) -> np.ndarray:
+def log(attitude: Any) -> Any:
     """Return the rotation vector (3,) [rad], of length at most pi, of a rotation matrix; accurate near zero and near pi.
 
     At exactly pi the two opposite vectors are both right and one of them is returned.
     """
-    R = as_matrix(attitude)
-    skew = vee(R)
-    sine, cosine = float(np.linalg.norm(skew)), (np.trace(R) - 1) / 2
-    angle = np.arctan2(sine, cosine)
-    if cosine > 0:
-        scale = 1 + angle**2 / 6 if angle < SMALL_ANGLE**2 else angle / sine
-        return cast(np.ndarray, scale * skew)
-    outer = (R + R.T) / 2 + (-cosine) * np.eye(3)  # (1 - cos a) times axis axis^T
-    axis = outer[:, np.argmax(np.diag(outer))]
-    axis = axis / np.linalg.norm(axis)
-    return cast(np.ndarray, angle * (axis if axis @ skew >= 0 else -axis))
+    return _log(attitude if isinstance(attitude, (ca.SX, ca.MX)) else as_matrix(attitude))
+
+
+@_graph_or_numbers
+def _log(attitude: Any) -> Any:
+    """Return the rotation vector from the skew part, which is short near pi, or there from the symmetric part."""
+    skew, cosine = vee(attitude), (ca.trace(attitude) - 1) / 2
+    square = ca.dot(skew, skew)
+    sine = ca.sqrt(ca.if_else(square > 0, square, 1)) * (square > 0)  # smooth where it is used
+    angle = ca.atan2(sine, cosine)
+    is_small, is_wide = ca.logic_and(angle < SMALL_ANGLE**2, cosine > 0), cosine <= 0
+    scale = ca.if_else(is_small, 1 + square / 6, angle / ca.if_else(sine > 0, sine, 1))
+    outer = (attitude + attitude.T) / 2 - cosine * type(attitude).eye(3)  # (1 - cos a) times axis axis^T
+    first, second, third = (outer[k, k] for k in range(3))
+    column = ca.if_else(second > third, outer[:, 1], outer[:, 2])
+    column = ca.if_else(ca.logic_and(first > second, first > third), outer[:, 0], column)
+    column = ca.if_else(is_wide, column, type(attitude).ones(3, 1))
+    sign = ca.if_else(ca.dot(column, skew) >= 0, 1, -1)
+    return ca.if_else(is_wide, sign * angle / ca.norm_2(column) * column, scale * skew)
 
 
 def roll(degrees: float) -> np.ndarray:

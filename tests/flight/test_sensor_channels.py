@@ -172,6 +172,16 @@ def test_a_channel_does_not_feel_the_others() -> None:
     assert not np.array_equal(both[3:6], both[9:12])
 
 
+def test_deviations_go_by_channel() -> None:
+    deviations = Sensors(Channel(0.1), Channel((0.1, 0.2, 0.3)), angular_velocity=Channel(0.4)).deviations()
+    assert [(name, values.tolist()) for name, values in deviations.items()] == [
+        ("position", [0.1] * 3),
+        ("velocity", [0.1, 0.2, 0.3]),
+        ("attitude", [0] * 3),
+        ("angular_velocity", [0.4] * 3),
+    ]
+
+
 def test_before_the_first_sample_the_start_is_held_with_its_bias() -> None:
     """Where even the first sample is lost, the sensor tells the start, off by its bias."""
     sensors = Sensors(*(Channel(bias=(0.1, 0.2, 0.3), dropout=0.999) for _ in CHANNELS))

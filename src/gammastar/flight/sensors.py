@@ -163,6 +163,10 @@ class Sensors:
         """Return the four channels in their order."""
         return self.position, self.velocity, self.attitude, self.angular_velocity
 
+    def deviations(self) -> dict[str, np.ndarray]:
+        """Return the standard deviations (3,) of one sample by channel, which is what a filter needs to know."""
+        return {name: np.asarray(channel.deviation) for name, channel in zip(CHANNELS, self.channels, strict=True)}
+
     def size(self, control_rate: float) -> int:
         """Return how many numbers the sensors remember at a control rate [Hz]."""
         return HELD + sum(

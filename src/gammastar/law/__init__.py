@@ -3,6 +3,7 @@
 from gammastar.law.allocation import Allocation, Extra, allocate
 from gammastar.law.approach import Approach
 from gammastar.law.design import design
+from gammastar.law.filter import KalmanFilter
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Along, Azimuth, Heading, Towards
 from gammastar.law.law import Control, Law
@@ -23,6 +24,7 @@ __all__ = [
     "Extra",
     "Heading",
     "IntegralAction",
+    "KalmanFilter",
     "Law",
     "Leg",
     "Legs",
