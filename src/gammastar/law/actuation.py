@@ -16,9 +16,9 @@ import numpy as np
 from gammastar.law.allocation import Extra, allocate
 from gammastar.vehicle import Rotors, Vehicle
 
-REMAINING_LAG = (
-    5e-3  # [s] that is left of a longer lag of the rotors: the bandwidth of 200 rad/s that the design measured
-)
+REMAINING_SHARE = (
+    1 / 3
+)  # of a lag: with less left, rotors have next to nothing to reach within an interval, and the law chatters
 
 
 class Given(NamedTuple):
@@ -102,7 +102,7 @@ class RotorSpeeds:
     """
 
     rotors: Rotors
-    remaining_lag: float = REMAINING_LAG  # [s], of a longer lag; a shorter one is made up for within an interval
+    remaining_share: float = REMAINING_SHARE  # of the lag; less than an interval is made up for within it
 
     @property
     def size(self) -> int:
@@ -119,8 +119,8 @@ class RotorSpeeds:
         lag = float(np.mean(np.asarray(self.rotors.lag)))
         if lag == 0:
             return 1.0, 1.0, 0.0
-        remaining = self.remaining_lag if lag > self.remaining_lag else 0.0
-        return -np.expm1(-interval / lag), -np.expm1(-interval / remaining) if remaining > 0 else 1.0, lag
+        remaining = self.remaining_share * lag
+        return -np.expm1(-interval / lag), -np.expm1(-interval / remaining) if remaining > interval else 1.0, lag
 
     def delay(self, interval: float) -> float:
         """Return the centroid of the response to a command: half the interval, what the hold adds to the lag, what is left of it."""

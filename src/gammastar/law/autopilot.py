@@ -109,9 +109,15 @@ class Autopilot:
             "actuation": self.actuation.start(state[18]),
             "history": np.tile(wrench, self.pending + 1),
             "rejection": [] if law.rejection is None else law.rejection.start(state[3:6], state[15:18]),
-            "estimate": [] if law.estimator is None else law.estimator.start(state),
+            "estimate": self._first_estimate(state),
         }
         return np.concatenate([np.asarray(parts[name], dtype=float) for name in self.sizes])
+
+    def _first_estimate(self, state: np.ndarray) -> np.ndarray:
+        """Return the first memory of the estimator; nothing without one."""
+        if self.law.estimator is None:
+            return np.empty(0)
+        return self.law.estimator.start(state[:3], state[3:6], so3.unstack(state[6:15]), state[15:18])
 
     @property
     def thrust_range(self) -> tuple[float, float]:

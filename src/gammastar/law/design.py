@@ -11,6 +11,7 @@ import numpy as np
 from gammastar.checks import instance, shape_of, shortened
 from gammastar.errors import InputError, PoleError, UnknownNameError
 from gammastar.law.approach import Approach
+from gammastar.law.filter import KalmanFilter
 from gammastar.law.gains import chain_poles, without_slowest
 from gammastar.law.law import Law
 from gammastar.law.observer import Rejection
@@ -33,7 +34,7 @@ def design(
     yaw_output: Callable[[Any], Any] | None = None,
     approach: Approach | None = None,
     rejection: Rejection | None = None,
-    estimator: Any = None,
+    estimator: KalmanFilter | None = None,
     interface: str = "wrench",
 ) -> Law:
     """Return the path-following law of a vehicle and a path with prescribed poles.
@@ -51,7 +52,7 @@ def design(
         rejection: `Observer` or `IntegralAction`: what estimates unknown forces and torques; none when left out.
         interface: 'wrench' commands thrust and torque, or rotor speeds; 'rates' thrust and body rates, one integrator less: every chain
             is one state shorter, and of poles that are given for the longer chain the slowest is left out.
-        estimator: `Filter` between sensors and law; measurements are taken as they are when left out.
+        estimator: `KalmanFilter` between sensors and law; measurements are taken as they are when left out.
 
     Raises:
         PoleError: Unstable or unpaired poles, or a number of poles that does not fit.

@@ -14,6 +14,7 @@ from gammastar import engine
 from gammastar.checks import instance, number
 from gammastar.errors import SingularStartError
 from gammastar.law.approach import Approach, bounded, slowed
+from gammastar.law.filter import KalmanFilter
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Heading
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
@@ -62,7 +63,7 @@ class Law:
     yaw_output: Callable[[Any], Any]  # graph: beta(r), Eq. (14)
     approach: Approach | None = None  # from anywhere; None is the paper's law and nothing else
     rejection: Rejection | None = None  # what estimates the unknown while an autopilot flies the law
-    estimator: Any = None  # what the law believes of its motion; None takes measurements as they are
+    estimator: KalmanFilter | None = None  # what the law believes of its motion; None takes measurements as they are
     interface: str = "wrench"  # what is commanded: 'wrench' or 'rates', see `design`
 
     @functools.cached_property
