@@ -12,13 +12,13 @@ import numpy as np
 
 from gammastar import engine
 from gammastar.checks import instance, number
-from gammastar.errors import SingularStartError
+from gammastar.errors import InputError, SingularStartError
 from gammastar.law.approach import Approach, bounded, slowed
 from gammastar.law.filter import KalmanFilter
 from gammastar.law.gains import gains_from_poles
 from gammastar.law.heading import Heading
 from gammastar.law.linearization import Linearization, decoupling_matrix, linearize, yaw_terms
-from gammastar.law.observer import Rejection
+from gammastar.law.observer import IntegralAction, Rejection
 from gammastar.law.predict import Initial, Prediction, chains_from, predict, tangential_chain, transverse_chains
 from gammastar.law.reference import AnyReference, reference_given
 from gammastar.path import Path, PathOutputs
@@ -65,6 +65,12 @@ class Law:
     rejection: Rejection | None = None  # what estimates the unknown while an autopilot flies the law
     estimator: KalmanFilter | None = None  # what the law believes of its motion; None takes measurements as they are
     interface: str = "wrench"  # what is commanded: 'wrench' or 'rates', see `design`
+
+    def __post_init__(self) -> None:
+        if self.interface == "rates" and isinstance(self.rejection, IntegralAction):
+            raise InputError(
+                "a law that commands body rates needs an Observer (got IntegralAction, which corrects the snap); use gs.Observer()"
+            )
 
     @functools.cached_property
     def gains(self) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from pydantic import ValidationError
 
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
-from gammastar.flight import FlightRecord, Replacement, SensorNoise, fly
+from gammastar.flight import FlightRecord, Replacement, SensorNoise, Sensors, Wind, fly
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
@@ -167,6 +168,8 @@ class Mission:
             "rate": controller.rate,
             "integrator": flight.integrator,
             "truth": None if self._truth is self._law.vehicle else self._truth,
+            "sensors": self._sensors,
+            "wind": self._wind,
         }
 
     @property
@@ -182,11 +185,25 @@ class Mission:
             path = file.path.path(self.frame)
         with within("[controller]"):
             arguments = vehicle, path, controller.design_poles(), YAW_OUTPUTS[controller.yaw_output]
-            law = design(*arguments)
-        if file.approach is None:
-            return law
-        with within("[approach]"):
-            return design(*arguments, approach=Approach(**file.approach.arguments()))
+            law = design(*arguments, interface=controller.interface)
+        if file.approach is not None:
+            with within("[approach]"):
+                approach = Approach(**file.approach.arguments())
+                law = design(*arguments, approach=approach, interface=controller.interface)
+        if file.observer is not None and file.integral is not None:
+            raise MissionError(
+                "a mission must have [observer] or [integral] (got both); leave one of them out", "integral"
+            )
+        if file.observer is not None:
+            with within("[observer]"):
+                law = dataclasses.replace(law, rejection=file.observer.rejection())
+        if file.integral is not None:
+            with within("[integral]"):
+                law = dataclasses.replace(law, rejection=file.integral.rejection(law.poles["transverse"]))
+        if file.filter is not None:
+            with within("[filter]"):
+                law = dataclasses.replace(law, estimator=file.filter.estimator(self._sensors, vehicle.gravity))
+        return law
 
     @functools.cached_property
     def _start(self) -> State:
@@ -231,7 +248,15 @@ class Mission:
     @functools.cached_property
     def _truth(self) -> Vehicle:
         with within("[truth]"):
-            return self.file.truth.vehicle(self._law.vehicle)
+            return self.file.truth.vehicle(self._law.vehicle, self.frame)
+
+    @functools.cached_property
+    def _sensors(self) -> Sensors | None:
+        return None if self.file.sensors is None else self.file.sensors.sensors(self.frame)
+
+    @functools.cached_property
+    def _wind(self) -> Wind | None:
+        return None if self.file.wind is None else self.file.wind.wind(self.frame)
 
     @functools.cached_property
     def _limits(self) -> Limits:

@@ -6,7 +6,7 @@ from typing import Any
 
 from gammastar.law import Law
 from gammastar.law.design import CHAINS
-from gammastar.mission.sections import MissionFile, StartSection
+from gammastar.mission.sections import ControllerSection, MissionFile, StartSection
 from gammastar.mission.tables import plain
 
 
@@ -25,7 +25,8 @@ def resolved(file: MissionFile, law: Law, feedback: str, rate: float | None) -> 
     values["controller"]["poles"] = {
         chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in law.poles[chain]] for chain in chains
     }
-    values["controller"] |= {"feedback": feedback} | ({} if rate is None else {"rate": rate})
+    controller = values["controller"] | {"feedback": feedback} | ({} if rate is None else {"rate": rate})
+    values["controller"] = {key: controller[key] for key in ControllerSection.model_fields if key in controller}
     start = {"thrust": law.vehicle.weight} | values["start"]
     if not {"attitude", "quaternion"} & set(start):
         start = {"roll": 0.0, "pitch": 0.0, "yaw": 0.0} | start

@@ -28,12 +28,14 @@ from gammastar.flight import INTEGRATORS, fly
 from gammastar.flight.loop import FEEDBACKS
 from gammastar.frames import FRAMES
 from gammastar.law import Along, Approach, Azimuth, Towards, design
-from gammastar.law.design import CHAINS
+from gammastar.law.design import CHAINS, INTERFACES
 from gammastar.mission import orientation
+from gammastar.mission.autopilot import FilterSection, IntegralSection, ObserverSection
 from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
 from gammastar.mission.paths import AnyPath
 from gammastar.mission.references import AnyReference
 from gammastar.mission.replacements import ReplacementSection
+from gammastar.mission.surroundings import SensorsSection, WindSection
 from gammastar.mission.truth import NoiseSection, TruthSection
 from gammastar.mission.values import (
     Array,
@@ -89,6 +91,7 @@ class ControllerSection(Section):
     yaw_reference: Number = default_of(fly, "yaw_reference")  # of beta(r), r about the third body axis
     feedback: Annotated[str, one_of(FEEDBACKS)] | None = default_of(fly, "feedback")
     rate: Positive | None = None  # [Hz]
+    interface: Annotated[str, one_of(INTERFACES)] = default_of(design, "interface")
 
     def design_poles(self) -> Any:
         """Return the poles as `design` takes them."""
@@ -164,7 +167,12 @@ class MissionFile(Section):
     heading: SerializeAsAny[Construction] | None = None
     start: StartSection
     truth: TruthSection = Field(default_factory=TruthSection)
+    observer: ObserverSection | None = None
+    integral: IntegralSection | None = None
+    filter: FilterSection | None = None
     noise: NoiseSection | None = None
+    sensors: SensorsSection | None = None
+    wind: WindSection | None = None
     limits: SerializeAsAny[Construction] = Field(default_factory=LimitsSection)
     flight: FlightSection = Field(default_factory=FlightSection)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -10,32 +11,83 @@ from gammastar import checks
 from gammastar.errors import InputError
 from gammastar.flight import SensorNoise
 from gammastar.flight.sensors import density_preserving
+from gammastar.frames import convert_vector
 from gammastar.mission.complaint import within
-from gammastar.mission.values import Array, Positive, Section
-from gammastar.vehicle import Vehicle
+from gammastar.mission.values import Array, Number, Positive, Section, Tables, Vector
+from gammastar.mission.vehicles import AnyForce, force
+from gammastar.vehicle import Rotors, Vehicle
 
 
 class TruthSection(Section):
-    """How the vehicle that flies differs from the one that the law believes in."""
+    """How the vehicle that flies differs from the one that the law believes in; what is left out is as believed."""
 
     mass_scale: Positive = 1.0  # true mass over believed mass
     inertia_scale: Array = 1.0  # true over believed, one number or one for each body axis
+    thrust_scale: Array = 1.0  # true over believed thrust coefficient of the rotors, one number or one a rotor
+    lag_scale: Positive = 1.0  # true over believed lag of the rotors
+    center_of_mass: Vector = (
+        0.0,
+        0.0,
+        0.0,
+    )  # [m] of the true centre of mass from the believed one, body axes; needs rotors
+    latency: Number | None = None  # [s]
+    rate_bandwidth: Positive | None = None  # [rad/s]
+    bias_acceleration: Vector | None = None  # [m/s^2], world, subtracted: a steady force over the mass
+    bias_torque: Vector | None = None  # [N m], body, subtracted
+    forces: Annotated[list[AnyForce], Tables] | None = None  # in place of the believed ones
 
-    def vehicle(self, believed: Vehicle) -> Vehicle:
-        """Return the vehicle that flies, or the believed one itself when nothing differs.
+    def vehicle(self, believed: Vehicle, frame: str) -> Vehicle:
+        """Return the vehicle that flies, in `ned`, or the believed one itself when nothing differs.
 
         Scales s of the body axes turn J into D J D with D = diag(sqrt(s)): moments are scaled, products stay consistent.
         """
-        scales = checks.three(self.inertia_scale, "inertia_scale")
-        if np.any(scales <= 0):
-            raise InputError(
-                f"inertia_scale must be positive (got {scales.tolist()}); 1 leaves the inertia as believed"
-            )
-        if self.mass_scale == 1 and np.all(scales == 1):
+        if not self.model_dump(exclude_defaults=True):
             return believed
+        scales = _positive(self.inertia_scale, "inertia_scale")
         root = np.sqrt(scales)
-        inertia = np.asarray(believed.inertia) * np.outer(root, root)
-        return dataclasses.replace(believed, mass=believed.mass * self.mass_scale, inertia=inertia)
+        changed: dict[str, Any] = {
+            "mass": believed.mass * self.mass_scale,
+            "inertia": np.asarray(believed.inertia) * np.outer(root, root),
+            "rotors": self._rotors(believed.rotors, frame),
+        }
+        given = {name: getattr(self, name) for name in ("latency", "rate_bandwidth")}
+        for name in ("bias_acceleration", "bias_torque"):
+            value = getattr(self, name)
+            given[name] = None if value is None else convert_vector(value, frame)
+        if self.forces is not None:
+            given["forces"] = [force(each, f"[truth.forces.{k}]") for k, each in enumerate(self.forces)]
+        return dataclasses.replace(
+            believed, **changed, **{name: value for name, value in given.items() if value is not None}
+        )
+
+    def _rotors(self, believed: Rotors | None, frame: str) -> Rotors | None:
+        """Return the true rotors: the centre of mass moves away from under them."""
+        if believed is None:
+            if (
+                np.any(np.asarray(self.center_of_mass))
+                or self.lag_scale != 1
+                or np.any(np.asarray(self.thrust_scale) != 1)
+            ):
+                raise InputError(
+                    "center_of_mass, thrust_scale and lag_scale need a vehicle with rotors (got one without); add [vehicle.rotors]"
+                )
+            return None
+        offset = np.asarray(convert_vector(self.center_of_mass, frame))
+        scale = checks.array(np.broadcast_to(self.thrust_scale, believed.count), "thrust_scale", (believed.count,))
+        return dataclasses.replace(
+            believed,
+            positions=np.asarray(believed.positions) - offset,
+            thrust_coefficient=np.asarray(believed.thrust_coefficient) * scale,
+            lag=tuple(self.lag_scale * lag for lag in np.asarray(believed.lag)),
+        )
+
+
+def _positive(scale: Any, name: str) -> np.ndarray:
+    """Return three positive scales."""
+    scales = checks.three(scale, name)
+    if np.any(scales <= 0):
+        raise InputError(f"{name} must be positive (got {scales.tolist()}); 1 leaves what is believed")
+    return scales
 
 
 class ChannelSection(Section):

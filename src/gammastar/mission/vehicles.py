@@ -112,6 +112,13 @@ def vehicle_section(values: Any) -> VehicleArguments:
     return (PresetSection if over_preset else VehicleSection).model_validate(values)
 
 
+def force(section: Construction, place: str) -> Force:
+    """Return the force of a section that stands at a place of the mission."""
+    with within(place):
+        made: Force = section.factory()(**section.arguments())
+        return made
+
+
 def _require_all(factory: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
     """Raise `InputError` for the first argument without a default that is not given."""
     for name, parameter in inspect.signature(factory).parameters.items():

@@ -258,7 +258,7 @@ def _forces(forces: Any) -> tuple[Force, ...]:
     if isinstance(forces, Force) or not isinstance(forces, Sequence):
         raise InputError(f"forces must be a list (got {shortened(forces)}); write forces=[LinearDrag(0.1)]")
     for force in forces:
-        instance(force, Force, "each of the forces", "make one with gs.forces, such as gs.forces.LinearDrag(0.1)")
+        instance(force, Force, "each of the forces", "make one such as gs.LinearDrag(0.1)")
     return tuple(forces)
 
 
