@@ -3,8 +3,9 @@
 (state, what is measured, time, data of path and reference) -> (next state, command, telemetry).  In their order: the estimator, the
 observer of what is unknown, the state predicted to when the command will be felt, the law there, the allocation, the thrust states.
 
-The two thrust states zeta1, zeta2 are the law's own.  They are meant for the instant at which the wrench of this interval is felt; where
-the rotors give another thrust than zeta1, zeta1 becomes what they give, so it does not wind up.
+The two thrust states zeta1, zeta2 are the law's own.  zeta1 is meant for the instant at which the wrench of this interval is felt, zeta2
+for half an interval before: staggered like this (leapfrog) they follow u_d at second order, though they are held.  Where the rotors give
+another thrust than zeta1, zeta1 becomes what they give, so it does not wind up.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ class Autopilot:
         return {
             "parameter": 1,  # of the path, as tracked
             "waiting": 1,
-            "thrust": 2,  # zeta1 [N], zeta2 [N/s]
+            "thrust": 3,  # zeta1 [N], zeta2 [N/s] half an interval before, and the derivative of the last of them that was asked for
             "held": 4,  # wrench reached in the interval before [N, N m], or thrust and body rates commanded [N, rad/s]
             "actuation": self.actuation.size,
             "history": 4
@@ -100,7 +101,9 @@ class Autopilot:
         """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
         law, wrench = self.law, np.array([state[18], 0.0, 0.0, 0.0])
         lowest, highest = self.thrust_range
-        thrust = [float(np.clip(state[18], lowest, highest)), state[19]]
+        half = self.interval / 2 * state[19]
+        first = state[18] if self.law.interface == "rates" else state[18] + half
+        thrust = [float(np.clip(first, lowest, highest)), state[19], 0.0]
         parts = {
             "parameter": [parameter],
             "waiting": [float(self.guidance.starts_waiting(state, parameter))],
@@ -238,7 +241,7 @@ class Autopilot:
 
         The wrenches on their way act one after the other; then the one that is given goes over to the one that is held.
         """
-        zeta1, zeta2 = ca.vertsplit(now["thrust"])
+        zeta1, zeta2 = self._thrust_states(now)
         moved = StateGraph(told.position, told.velocity, told.attitude, told.angular_velocity, zeta1, zeta2)
         if not self.predicts:
             return moved, unknown
@@ -249,6 +252,13 @@ class Autopilot:
         waited, delay = self.pending * self.interval, self.actuation.delay(self.interval)
         moved = self._moved(moved, first, last, delay, _ahead(unknown, waited))
         return moved, _ahead(unknown, waited + delay)
+
+    def _thrust_states(self, now: dict[str, Any]) -> tuple[Any, Any]:
+        """Graph: return zeta1 and zeta2 when the command of this interval is felt, half an interval further by the last derivative."""
+        first, second, derivative = ca.vertsplit(now["thrust"])
+        if self.law.interface == "rates":
+            return first + self.interval / 2 * second, second
+        return first, second + self.interval / 2 * derivative
 
     def _moved(self, state: StateGraph, first: Any, last: Any, step: float, unknown: Unknown) -> StateGraph:
         """Graph: return the state after a step in which the wrench goes from one to another; Simpson's rule, midpoint for the turn."""
@@ -277,19 +287,20 @@ class Autopilot:
     def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any]:
         """Graph: return the next thrust states, what is given, and the input that this means; the thrust has one integrator."""
         lowest, highest = self.thrust_range
-        zeta1 = now["thrust"][0]
+        zeta1, _ = self._thrust_states(now)
         least = -NO_BOUND if np.isinf(lowest) else -FLOOR_POLE * (zeta1 - lowest)
         most = NO_BOUND if np.isinf(highest) else -FLOOR_POLE * (zeta1 - highest)
         thrust_rate = ca.fmin(ca.fmax(decision.thrust_rate, least), most)
-        command = ca.vertcat(zeta1, decision.rates)
+        half = self.interval / 2 * thrust_rate
+        thrust = ca.fmin(ca.fmax(now["thrust"][0] + 2 * half, lowest), highest)
+        command = ca.vertcat(thrust - half, decision.rates)
         given = Given(command, ca.SX(0, 1), command, command, ca.SX(0), 3 * (thrust_rate != decision.thrust_rate))
-        thrust = ca.fmin(ca.fmax(zeta1 + self.interval * thrust_rate, lowest), highest)
-        return ca.vertcat(thrust, thrust_rate), given, ca.vertcat(0, decision.rates)
+        return ca.vertcat(thrust, thrust_rate, 0), given, ca.vertcat(0, decision.rates)
 
     def _actuated(self, now: dict[str, Any], decision: Decision) -> tuple[Any, Given, Any]:
         """Graph: return the next thrust states, what is given, and the input SX (4,) that this means."""
         lowest, highest = self.thrust_range
-        zeta1, zeta2 = ca.vertsplit(now["thrust"])
+        zeta1, zeta2 = self._thrust_states(now)
         least = -NO_BOUND if np.isinf(lowest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - lowest)
         most = NO_BOUND if np.isinf(highest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - highest)
         along = decision.along()
@@ -300,10 +311,9 @@ class Autopilot:
             now["actuation"], base, direction, ca.SX(0), [limits], (-most_along, most_along), self.interval
         )
         thrust_ddot = ca.fmin(ca.fmax(decision.free[0] + along[0] * given.along, least), most)
-        h, reached = self.interval, given.reached[0]
-        thrust = reached + h * zeta2 + h**2 / 2 * thrust_ddot
-        thrust = ca.fmin(ca.fmax(thrust, lowest), highest)
-        return ca.vertcat(thrust, zeta2 + h * thrust_ddot), given, ca.vertcat(thrust_ddot, given.reached[1:])
+        thrust_rate = now["thrust"][1] + self.interval * thrust_ddot
+        thrust = ca.fmin(ca.fmax(given.reached[0] + self.interval * thrust_rate, lowest), highest)
+        return ca.vertcat(thrust, thrust_rate, thrust_ddot), given, ca.vertcat(thrust_ddot, given.reached[1:])
 
     def function(self) -> Any:
         """Return the function (state, measurement (22,), time, reference data) -> (next state, command, telemetry) for use by itself.
