@@ -84,7 +84,7 @@ def flight(summary: Mapping[str, Any], files: Sequence[Path], as_json: bool) -> 
 
 
 def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
-    from gammastar.flight.record import Summary
+    from gammastar.flight import Summary
 
     numbers = Summary({key: value for key, value in summary.items() if key not in HIDDEN})
     lines = [str(summary["mission"]), "", str(numbers), ""]

@@ -71,7 +71,9 @@ def fly(
     chosen = _mission(name, changes)
     folder = None
     if out is not None:
-        folder = chosen_folder(out, file_names(figures), None if name in mission.names() else Path(name))
+        folder = chosen_folder(
+            out, file_names(figures, autopilot=True), None if name in mission.names() else Path(name)
+        )
         require_libraries(figures)
     certificate = brief(chosen.certificates())
     if not certificate["flyable"]:

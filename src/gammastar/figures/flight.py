@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gammastar.figures import history, scene
+from gammastar.figures import autopilot, history, scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,12 +19,14 @@ DRAWINGS = {
     "inputs": history.draw_inputs,
     "margins": history.draw_margins,
 }
+AUTOPILOT_DRAWINGS = {"autopilot": autopilot.draw_autopilot}  # of flights that have one
 
 
 def draw_flight(record: FlightRecord, title: str = "") -> dict[str, Figure]:
-    """Return the figures of a flight by name: path, states, velocities, rates, inputs, margins.
+    """Return the figures of a flight by name: path, states, velocities, rates, inputs, margins, and autopilot where there is one.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    return {name: draw(record, title) for name, draw in DRAWINGS.items()}
+    drawings = DRAWINGS | (AUTOPILOT_DRAWINGS if record.autopilot is not None else {})
+    return {name: draw(record, title) for name, draw in drawings.items()}

@@ -60,14 +60,14 @@ def draw_states(record: FlightRecord, title: str = "", units: tuple[str, str] | 
 def draw_velocities(record: FlightRecord, title: str = "") -> Figure:
     """Draw the translational velocity in world axes."""
     lines = [(f"$v_{axis}$", record.velocity[:, k]) for k, axis in enumerate("xyz")]
-    return _columns(record, [Panel("velocity, world [m/s]", lines)], title)
+    return columns(record, [Panel("velocity, world [m/s]", lines)], title)
 
 
 @style.drawing()
 def draw_rates(record: FlightRecord, title: str = "") -> Figure:
     """Draw the angular velocity in body axes."""
     lines = [(f"${name}$", record.angular_velocity[:, k]) for k, name in enumerate("pqr")]
-    return _columns(record, [Panel("body rates [rad/s]", lines)], title)
+    return columns(record, [Panel("body rates [rad/s]", lines)], title)
 
 
 @style.drawing()
@@ -80,7 +80,7 @@ def draw_inputs(record: FlightRecord, title: str = "") -> Figure:
         Panel("thrust [N]", [("$u_t$", record.thrust)], guides, shown=(0.0,)),
         Panel("torque, body [N m]", torques),
     ]
-    return _columns(record, panels, title)
+    return columns(record, panels, title)
 
 
 @style.drawing()
@@ -130,7 +130,7 @@ def parameter_unit(record: FlightRecord) -> str:
     return "rad" if np.allclose(periods, 2 * np.pi) else "parameter"
 
 
-def _columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
+def columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
     """Draw panels as rows and the windows of a flight as columns, each with limits of its own."""
     spans = windows(record)
     figure, axes = style.panels(len(rows), len(spans), title)
@@ -139,7 +139,7 @@ def _columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
             _panel(axes[i, k], record.time, panel, window, panel.shown if k == 0 else ())
             mark_replacements(axes[i, k], record)
         style.label(axes[i, 0], panel.label)
-        style.legend(axes[i, -1])
+        style.legend(axes[i, -1], columns=max(4, len(panel.lines) + 1))
     for axis, window in zip(axes[0], spans, strict=True):
         style.heading(axis, window.name)
     for axis, window in zip(axes[-1], spans, strict=True):

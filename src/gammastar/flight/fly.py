@@ -10,11 +10,12 @@ import numpy as np
 from gammastar import engine
 from gammastar.checks import instance, number, whole
 from gammastar.errors import FlightError, InputError, SingularStartError
+from gammastar.flight.autopilot_rows import AutopilotRows
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.loop import ClosedLoop
 from gammastar.flight.phases import Phase, Replacement, phases_of
-from gammastar.flight.record import AutopilotRows, FlightRecord, Status
+from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import SensorNoise, Sensors
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.flight.wind import Wind

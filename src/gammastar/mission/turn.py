@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from gammastar.flight import FlightRecord
+from gammastar.flight.autopilot_rows import AutopilotRows
 from gammastar.frames import REVERSAL, convert_attitude, convert_vector
 from gammastar.path import Curve, Path, catalogue
 from gammastar.path.placement import Placement, placed
@@ -107,7 +108,15 @@ def record_columns(record: FlightRecord, frame: str) -> dict[str, np.ndarray]:
     state[:, 6:15] = convert_attitude(record.attitude, frame).swapaxes(1, 2).reshape(-1, 9)
     inputs = np.column_stack([record.input[:, :1], convert_vector(record.input[:, 1:], frame)])
     yaw = record.yaw_output if frame == "ned" else -record.yaw_output
-    return dataclasses.replace(record, state=state, input=inputs, yaw_output=yaw).columns()
+    told = None if record.autopilot is None else _told(record.autopilot, frame)
+    return dataclasses.replace(record, state=state, input=inputs, yaw_output=yaw, autopilot=told).columns()
+
+
+def _told(rows: AutopilotRows, frame: str) -> AutopilotRows:
+    """Return an autopilot's rows with their vectors in `frame`."""
+    unknown = convert_vector(rows.unknown.reshape(-1, 4, 3), frame).reshape(-1, 12)
+    position, wind = convert_vector(rows.estimated_position, frame), convert_vector(rows.wind, frame)
+    return dataclasses.replace(rows, unknown=unknown, estimated_position=position, wind=wind)
 
 
 def _risen(path: Curve) -> Curve:

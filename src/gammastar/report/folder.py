@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gammastar.errors import MissingExtraError
-from gammastar.flight import FlightRecord
-from gammastar.flight.record import Summary
+from gammastar.flight import FlightRecord, Summary
 from gammastar.mission import Mission
 from gammastar.mission.turn import record_columns
 from gammastar.report.place import filled
@@ -50,12 +49,13 @@ def to_json(values: Mapping[str, Any]) -> str:
     return json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
 
 
-def file_names(figures: bool = True) -> list[str]:
-    """Return the names of the files that `write_folder` writes."""
-    from gammastar.figures.flight import DRAWINGS
+def file_names(figures: bool = True, autopilot: bool = False) -> list[str]:
+    """Return the names of the files that `write_folder` writes, of a flight with an autopilot or without."""
+    from gammastar.figures.flight import AUTOPILOT_DRAWINGS, DRAWINGS
     from gammastar.figures.save import FORMATS
 
-    drawn = [f"{name}.{kind}" for name in DRAWINGS for kind in FORMATS] if figures else []
+    drawings = [*DRAWINGS, *(AUTOPILOT_DRAWINGS if autopilot else [])]
+    drawn = [f"{name}.{kind}" for name in drawings for kind in FORMATS] if figures else []
     return [MISSION, ROWS, SUMMARY, *drawn]
 
 
@@ -89,7 +89,7 @@ def write_folder(
 
             for name, figure in draw_flight(record, mission.title).items():
                 save(figure, made / name)
-    return [folder / name for name in sorted(file_names(figures))]
+    return [folder / name for name in sorted(file_names(figures, record.autopilot is not None))]
 
 
 def _write_rows(file: Path, mission: Mission, record: FlightRecord) -> None:
