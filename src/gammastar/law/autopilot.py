@@ -3,13 +3,13 @@
 (state, what is measured, time, data of path and reference) -> (next state, command, telemetry).  In their order: the estimator, the
 observer of what is unknown, the state predicted to when the command will be felt, the law there, the allocation, the thrust states.
 
-The two thrust states zeta1, zeta2 are the law's own.  zeta1 is meant for the instant at which the wrench of this interval is felt, zeta2
-for half an interval before: staggered like this (leapfrog) they follow u_d at second order, though they are held.  Where the rotors give
-another thrust than zeta1, zeta1 becomes what they give, so it does not wind up.
+The two thrust states zeta1, zeta2 are the law's own.  Where the rotors give another thrust than zeta1, zeta1 becomes what they give, so
+it does not wind up.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,17 +19,19 @@ import numpy as np
 from gammastar import engine, so3
 from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
-from gammastar.law.approach import FLOOR_POLE, FLOOR_SHARE
+from gammastar.law.approach import FLOOR_SHARE
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.law import Law
+from gammastar.law.lookahead import Lookahead, ahead
 from gammastar.law.measurement import SIZE as MEASUREMENT_SIZE
 from gammastar.law.measurement import Measurement, split_measurement
 from gammastar.law.piecewise import DATA_SIZE
 from gammastar.law.rates import RateDecision, decide_by_rates
+from gammastar.law.thrust_states import SIZE as THRUST_SIZE
+from gammastar.law.thrust_states import ThrustStates
 from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
-NO_BOUND = 1e30  # [N/s^2] of the second derivative of the thrust, where nothing limits the thrust
 TELEMETRY = {"input": 4, "waiting": 1, "constrained": 1, "given_up": 1, "unknown": 12, "position": 3}
 TELEMETRY_SIZE = sum(TELEMETRY.values())
 
@@ -68,6 +70,16 @@ class Autopilot:
         return actuation_of(self.law.vehicle, self.law.interface)
 
     @property
+    def lookahead(self) -> Lookahead:
+        """Return the vehicle as it is believed to move."""
+        return Lookahead(self.vehicle, self.law.interface)
+
+    @functools.cached_property
+    def thrust_states(self) -> ThrustStates:
+        """Return how the thrust states move."""
+        return ThrustStates(self.interval, self.law.interface == "rates", *self.thrust_range)
+
+    @property
     def pending(self) -> int:
         """Return how many control intervals pass between a measurement and the beginning of what its command does."""
         return pending_intervals(self.vehicle.latency, self.interval)
@@ -83,7 +95,7 @@ class Autopilot:
         return {
             "parameter": 1,  # of the path, as tracked
             "waiting": 1,
-            "thrust": 3,  # zeta1 [N], zeta2 [N/s] half an interval before, and the derivative of the last of them that was asked for
+            "thrust": THRUST_SIZE,
             "held": 4,  # wrench reached in the interval before [N, N m], or thrust and body rates commanded [N, rad/s]
             "actuation": self.actuation.size,
             "history": 4
@@ -100,14 +112,10 @@ class Autopilot:
     def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
         """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
         law, wrench = self.law, np.array([state[18], 0.0, 0.0, 0.0])
-        lowest, highest = self.thrust_range
-        half = self.interval / 2 * state[19]
-        first = state[18] if self.law.interface == "rates" else state[18] + half
-        thrust = [float(np.clip(first, lowest, highest)), state[19], 0.0]
         parts = {
             "parameter": [parameter],
             "waiting": [float(self.guidance.starts_waiting(state, parameter))],
-            "thrust": thrust,
+            "thrust": self.thrust_states.start(state[18], state[19]),
             "held": wrench,
             "actuation": self.actuation.start(state[18]),
             "history": np.tile(wrench, self.pending + 1),
@@ -199,7 +207,7 @@ class Autopilot:
         unknown = Unknown() if self.law.rejection is None else self.law.rejection.unknown(now["rejection"])
         middle = attitude @ so3.exp(rates * self.interval / 2)
         velocity = estimator.estimate(now["estimate"])[1]
-        acceleration, turning = self._modelled(velocity, middle, rates, wrench, unknown)
+        acceleration, turning = self.lookahead.accelerations(velocity, middle, rates, wrench, unknown)
         estimate = estimator.advanced(now["estimate"], told, acceleration, turning, self.interval)
         position, velocity, attitude, rates = estimator.estimate(estimate)
         return Measurement(position, velocity, attitude, rates, ca.SX.ones(4)), estimate
@@ -210,29 +218,16 @@ class Autopilot:
         if rejection is None:
             return ca.SX(0, 1), Unknown()
         middle = told.attitude @ so3.exp(-told.angular_velocity * self.interval / 2)
-        rates = told.angular_velocity - self.interval / 2 * self._turning(told.angular_velocity, wrench, Unknown())
-        acceleration, turning = self._modelled(told.velocity, middle, rates, wrench, Unknown())
+        rates = told.angular_velocity - self.interval / 2 * self.lookahead.turning(
+            told.angular_velocity, wrench, Unknown()
+        )
+        acceleration, turning = self.lookahead.accelerations(told.velocity, middle, rates, wrench, Unknown())
         error = told.position - self.law.path.foot(told.position, place)
         memory = rejection.advanced(
             *(now["rejection"], told.velocity, told.angular_velocity, acceleration, turning),
             *(self.interval, error, (told.fresh[1], told.fresh[3])),
         )
         return memory, rejection.unknown(memory)
-
-    def _modelled(
-        self, velocity: Any, attitude: Any, angular_velocity: Any, wrench: Any, unknown: Unknown
-    ) -> tuple[Any, Any]:
-        """Graph: return acceleration SX (3,), world, and angular acceleration SX (3,), body, under a wrench SX (4,)."""
-        state = StateGraph(ca.SX.zeros(3), velocity, attitude, angular_velocity, wrench[0], ca.SX(0))
-        return self.vehicle.acceleration(state, unknown), self._turning(angular_velocity, wrench, unknown)
-
-    def _turning(self, angular_velocity: Any, wrench: Any, unknown: Unknown) -> Any:
-        """Graph: return the angular acceleration SX (3,), body, under a wrench, or under commanded body rates in its place."""
-        if self.law.interface == "wrench":
-            return self.vehicle.angular_acceleration(angular_velocity, wrench[1:], unknown)
-        extra = unknown.angular_acceleration
-        following = self.vehicle.rate_bandwidth * (wrench[1:] - angular_velocity)
-        return following + (ca.DM(extra) if isinstance(extra, tuple) else extra)
 
     def _predicted(
         self, now: dict[str, Any], told: Measurement, history: list[Any], unknown: Unknown
@@ -241,79 +236,40 @@ class Autopilot:
 
         The wrenches on their way act one after the other; then the one that is given goes over to the one that is held.
         """
-        zeta1, zeta2 = self._thrust_states(now)
+        zeta1, zeta2 = self.thrust_states.seen(now["thrust"])
         moved = StateGraph(told.position, told.velocity, told.attitude, told.angular_velocity, zeta1, zeta2)
         if not self.predicts:
             return moved, unknown
         for k, wrench in enumerate(history[1:]):
-            moved = self._moved(moved, wrench, wrench, self.interval, _ahead(unknown, k * self.interval))
+            moved = self.lookahead.moved(moved, wrench, wrench, self.interval, ahead(unknown, k * self.interval))
         first = self.actuation.now(now["actuation"], now["held"])
         last = ca.vertcat(zeta1, now["held"][1:])
         waited, delay = self.pending * self.interval, self.actuation.delay(self.interval)
-        moved = self._moved(moved, first, last, delay, _ahead(unknown, waited))
-        return moved, _ahead(unknown, waited + delay)
-
-    def _thrust_states(self, now: dict[str, Any]) -> tuple[Any, Any]:
-        """Graph: return zeta1 and zeta2 when the command of this interval is felt, half an interval further by the last derivative."""
-        first, second, derivative = ca.vertsplit(now["thrust"])
-        if self.law.interface == "rates":
-            return first + self.interval / 2 * second, second
-        return first, second + self.interval / 2 * derivative
-
-    def _moved(self, state: StateGraph, first: Any, last: Any, step: float, unknown: Unknown) -> StateGraph:
-        """Graph: return the state after a step in which the wrench goes from one to another; Simpson's rule, midpoint for the turn."""
-        middle = (first + last) / 2
-        rates = state.angular_velocity
-        halfway = rates + step / 2 * self._turning(rates, (3 * first + last) / 4, unknown)
-        after = rates + step * self._turning(halfway, middle, unknown)
-        turned = state.attitude @ so3.exp((rates + halfway) * step / 4), state.attitude @ so3.exp(halfway * step)
-
-        def acceleration(velocity: Any, attitude: Any, thrust: Any, time: float) -> Any:
-            there = StateGraph(state.position, velocity, attitude, rates, thrust, ca.SX(0))
-            return self.vehicle.acceleration(there, _ahead(unknown, time))
-
-        begin = acceleration(state.velocity, state.attitude, first[0], 0.0)
-        mid = acceleration(state.velocity + step / 2 * begin, turned[0], middle[0], step / 2)
-        end = acceleration(state.velocity + step * mid, turned[1], last[0], step)
-        return StateGraph(
-            state.position + step * state.velocity + step**2 / 6 * (begin + 2 * mid),
-            state.velocity + step / 6 * (begin + 4 * mid + end),
-            turned[1],
-            after,
-            state.thrust,
-            state.thrust_rate,
-        )
+        moved = self.lookahead.moved(moved, first, last, delay, ahead(unknown, waited))
+        return moved, ahead(unknown, waited + delay)
 
     def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any]:
-        """Graph: return the next thrust states, what is given, and the input that this means; the thrust has one integrator."""
-        lowest, highest = self.thrust_range
-        zeta1, _ = self._thrust_states(now)
-        least = -NO_BOUND if np.isinf(lowest) else -FLOOR_POLE * (zeta1 - lowest)
-        most = NO_BOUND if np.isinf(highest) else -FLOOR_POLE * (zeta1 - highest)
+        """Graph: return the next thrust states, what is given, and the input that this means."""
+        least, most = self.thrust_states.bounds(now["thrust"])
         thrust_rate = ca.fmin(ca.fmax(decision.thrust_rate, least), most)
-        half = self.interval / 2 * thrust_rate
-        thrust = ca.fmin(ca.fmax(now["thrust"][0] + 2 * half, lowest), highest)
-        command = ca.vertcat(thrust - half, decision.rates)
+        thrust = self.thrust_states.advanced(now["thrust"], None, thrust_rate)
+        command = ca.vertcat((now["thrust"][0] + thrust[0]) / 2, decision.rates)
         given = Given(command, ca.SX(0, 1), command, command, ca.SX(0), 3 * (thrust_rate != decision.thrust_rate))
-        return ca.vertcat(thrust, thrust_rate, 0), given, ca.vertcat(0, decision.rates)
+        return thrust, given, ca.vertcat(0, decision.rates)
 
     def _actuated(self, now: dict[str, Any], decision: Decision) -> tuple[Any, Given, Any]:
         """Graph: return the next thrust states, what is given, and the input SX (4,) that this means."""
-        lowest, highest = self.thrust_range
-        zeta1, zeta2 = self._thrust_states(now)
-        least = -NO_BOUND if np.isinf(lowest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - lowest)
-        most = NO_BOUND if np.isinf(highest) else -2 * FLOOR_POLE * zeta2 - FLOOR_POLE**2 * (zeta1 - highest)
+        (zeta1, _), (least, most) = self.thrust_states.seen(now["thrust"]), self.thrust_states.bounds(now["thrust"])
         along = decision.along()
         base, direction = ca.vertcat(zeta1, decision.free[1:]), ca.vertcat(0, along[1:])
-        limits = Extra(decision.free[0], along[0], ca.SX(least), ca.SX(most))
+        limits = Extra(decision.free[0], along[0], least, most)
         most_along = self.dearest_along * decision.per_metre
         given = self.actuation.give(
             now["actuation"], base, direction, ca.SX(0), [limits], (-most_along, most_along), self.interval
         )
         thrust_ddot = ca.fmin(ca.fmax(decision.free[0] + along[0] * given.along, least), most)
-        thrust_rate = now["thrust"][1] + self.interval * thrust_ddot
-        thrust = ca.fmin(ca.fmax(given.reached[0] + self.interval * thrust_rate, lowest), highest)
-        return ca.vertcat(thrust, thrust_rate, thrust_ddot), given, ca.vertcat(thrust_ddot, given.reached[1:])
+        thrust = self.thrust_states.advanced(now["thrust"], given.reached[0], thrust_ddot)
+        return thrust, given, ca.vertcat(thrust_ddot, given.reached[1:])
 
     def function(self) -> Any:
         """Return the function (state, measurement (22,), time, reference data) -> (next state, command, telemetry) for use by itself.
@@ -339,13 +295,3 @@ class Autopilot:
 def pending_intervals(latency: float, interval: float) -> int:
     """Return how many whole control intervals a latency [s] takes, rounded up."""
     return int(np.ceil(latency / interval - 1e-6))
-
-
-def _ahead(unknown: Unknown, time: float) -> Unknown:
-    """Graph: return what is unknown after a time [s], when its last derivatives stay."""
-    if isinstance(unknown.jerk, tuple) or time == 0.0:
-        return unknown
-    return unknown._replace(
-        acceleration=unknown.acceleration + time * unknown.jerk + time**2 / 2 * unknown.snap,
-        jerk=unknown.jerk + time * unknown.snap,
-    )

@@ -14,9 +14,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import instance, magnitude, magnitudes, shape_of, shortened, three
-from gammastar.errors import InputError, ShapeError
-from gammastar.vehicle.forces import Buoyancy, Force, rate, second_rate, symbols, total
+from gammastar.checks import instance, magnitude, three
+from gammastar.errors import InputError
+from gammastar.vehicle.forces import Buoyancy, Force, listed, rate, second_rate, symbols, total
+from gammastar.vehicle.inertia import inertia_matrix, isotropic
 from gammastar.vehicle.rotors import Rotors
 from gammastar.vehicle.state import StateGraph
 
@@ -42,7 +43,6 @@ class Unknown(NamedTuple):
 
 NOTHING = Unknown()
 CALM = (0.0, 0.0, 0.0)  # [m/s] wind
-MEASURED = 0.02  # relative: by so much moments that were measured one by one may miss the triangle inequality
 LEAST_SHARE = 1e-6  # of the determinant of the map from inputs to snap that forces must leave at rest
 
 
@@ -70,11 +70,11 @@ class Vehicle:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", magnitude(self.mass, "mass [kg]", above=0))
         object.__setattr__(self, "gravity", magnitude(self.gravity, "gravity [m/s^2]", at_least=0))
-        object.__setattr__(self, "inertia", _inertia_matrix(self.inertia))
+        object.__setattr__(self, "inertia", inertia_matrix(self.inertia))
         for name in ("bias_acceleration", "bias_torque"):
             object.__setattr__(self, name, three(getattr(self, name), name))
-        object.__setattr__(self, "added_mass", _isotropic(self.added_mass))
-        object.__setattr__(self, "forces", _forces(self.forces))
+        object.__setattr__(self, "added_mass", isotropic(self.added_mass))
+        object.__setattr__(self, "forces", listed(self.forces))
         if self.rotors is not None:
             instance(self.rotors, Rotors, "rotors", "make them with gs.Rotors(...) or gs.Rotors.ring(...)")
         object.__setattr__(self, "latency", magnitude(self.latency, "latency [s]", at_least=0))
@@ -242,26 +242,6 @@ def _graph(value: Any) -> Any:
     return ca.DM(value) if isinstance(value, tuple) else value
 
 
-def _isotropic(added_mass: Any) -> float:
-    """Return the added mass [kg] as one number, or raise."""
-    shape = shape_of(added_mass)
-    if shape != ():
-        raise InputError(
-            f"the added mass [kg] must be one number, the same in all directions (got {shortened(added_mass)}); unequal ones bring the "
-            "body rates into the force (Coriolis terms), and the vehicle leaves the class: give their mean and say so"
-        )
-    return magnitude(added_mass, "added mass [kg]", at_least=0)
-
-
-def _forces(forces: Any) -> tuple[Force, ...]:
-    """Return the forces as a tuple, or raise."""
-    if isinstance(forces, Force) or not isinstance(forces, Sequence):
-        raise InputError(f"forces must be a list (got {shortened(forces)}); write forces=[LinearDrag(0.1)]")
-    for force in forces:
-        instance(force, Force, "each of the forces", "make one such as gs.LinearDrag(0.1)")
-    return tuple(forces)
-
-
 def _check_relative_degree(vehicle: Vehicle) -> None:
     """Raise unless the inputs reach the snap in all directions at rest: relative degree {4, 4, 4, 1} there."""
     state = symbols()
@@ -275,31 +255,3 @@ def _check_relative_degree(vehicle: Vehicle) -> None:
             f"forces must leave the input its effect on the fourth derivative of position (got {determinant / alone:.2g} of the "
             "determinant without them, at rest); a force that cancels the thrust is none of this class"
         )
-
-
-def _inertia_matrix(inertia: ArrayLike) -> np.ndarray:
-    """Return a symmetric positive definite (3, 3) inertia from three moments or a matrix, or raise."""
-    shape = shape_of(inertia)
-    if shape is None or shape not in {(3,), (3, 3)}:
-        got = "rows of different lengths" if shape is None else f"shape {shape}"
-        raise ShapeError(f"inertia [kg m^2] must be 3 moments or a 3x3 matrix (got {got}); give one of the two")
-    given = magnitudes(inertia, "inertia [kg m^2]", shape)
-    matrix = np.diag(given) if shape == (3,) else given
-    if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
-        raise InputError(
-            "inertia [kg m^2] must be symmetric (got different entries across the diagonal); check the signs"
-        )
-    moments = np.linalg.eigvalsh(matrix)
-    if moments[0] <= 0:
-        raise InputError(
-            f"inertia [kg m^2] must be positive definite (got principal moments {moments.tolist()}); check the diagonal"
-        )
-    magnitude(moments[0], "the least moment of the inertia [kg m^2]", above=0)
-    if moments[2] > (moments[0] + moments[1]) * (1 + MEASURED):
-        raise InputError(
-            f"inertia [kg m^2] must satisfy the triangle inequality (got principal moments {moments.tolist()}); "
-            "no body has a moment larger than the sum of the other two"
-        )
-    matrix = (matrix + matrix.T) / 2
-    matrix.setflags(write=False)
-    return matrix

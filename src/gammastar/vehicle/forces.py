@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import magnitude, shortened, three
+from gammastar.checks import instance, magnitude, shortened, three
 from gammastar.errors import InputError
 from gammastar.vehicle.state import StateGraph
 
@@ -195,6 +195,15 @@ class CustomForce(Force):
     def value(self, state: StateGraph, wind: Any) -> Any:
         """Graph: return the force SX (3,) [N], world."""
         return ca.SX(self.graph(state, wind))
+
+
+def listed(forces: Any) -> tuple[Force, ...]:
+    """Return the forces as a tuple, or raise."""
+    if isinstance(forces, Force) or not isinstance(forces, Sequence):
+        raise InputError(f"forces must be a list (got {shortened(forces)}); write forces=[LinearDrag(0.1)]")
+    for force in forces:
+        instance(force, Force, "each of the forces", "make one such as gs.LinearDrag(0.1)")
+    return tuple(forces)
 
 
 def total(forces: Sequence[Force], state: StateGraph, wind: Any) -> Any:
