@@ -66,6 +66,7 @@ class Certificate:
     metres_per_progress: tuple[float, float]  # least and largest |sigma'| [m], or (1, 1) when progress is in metres
     length: float  # [m]
     stretches: tuple[tuple[Place, Place], ...]  # where the specific thrust is below its floor
+    saturated: tuple[tuple[Place, Place], ...]  # where the rotors cannot give the wrench
     parameters: np.ndarray = field(repr=False)  # (n,) of a picture of the path
     arc_lengths: np.ndarray = field(repr=False)  # (n,) [m]
     points: np.ndarray = field(repr=False)  # (n, 3) [m], in `ned` whatever the frame
@@ -109,6 +110,7 @@ class Certificate:
             "allowed_speeds_per_s": [list(interval) for interval in self.allowed_speeds],
             "length_m": self.length,
             "free_fall_stretches": [[first.as_dict(), last.as_dict()] for first, last in self.stretches],
+            "saturated_stretches": [[first.as_dict(), last.as_dict()] for first, last in self.saturated],
             "checks": [each.as_dict() for each in self.checks],
         }
         return {key: _plain(value) for key, value in data.items()}

@@ -1,7 +1,8 @@
 """What exact following at constant speed demands of a vehicle, at each place of a path.
 
 On the path chi(t) = sigma(lambda_0 + v t), so every derivative of position is a power of the speed times a derivative of
-the curve, and the thrust vector F = m (g e3 - K_t - chi'') = zeta1 R e3 gives the rest, as in `law.predict`.
+the curve, and the thrust vector F = m (g e3 - K_t - chi'') = zeta1 R e3 gives the rest, as in `law.predict`.  With forces or added
+mass the thrust vector balances them too, and `flatness` finds it.
 """
 
 from __future__ import annotations
@@ -13,10 +14,12 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from gammastar.certificate.flatness import Flat, flat, is_bare
 from gammastar.law import predict
 from gammastar.path.base import ORDER
 from gammastar.taylor import Series
-from gammastar.vehicle import Vehicle
+from gammastar.vehicle import Rotors, Vehicle
+from gammastar.vehicle.wrenches import normals
 
 
 class Progress(StrEnum):
@@ -38,7 +41,15 @@ class Demands(NamedTuple):
     thrust: np.ndarray  # (n,) [N]
     tilt_rate: np.ndarray  # (n,) [rad/s], sqrt(p^2 + q^2), whatever the heading
     tilt_acceleration: np.ndarray  # (n,) [rad/s^2], |(p', q')| for r = 0, whatever the heading
-    torque: np.ndarray  # (n,) [N m], bound over all headings for r = 0, see `torque_bound`
+    torque: (
+        np.ndarray
+    )  # (n,) [N m], bound over all headings for r = 0, see `torque_bound`; with forces the largest of some headings
+    least_thrust: (
+        np.ndarray
+    )  # (n,) [N]; other than the thrust, which is the most, where the forces depend on the heading
+    rotor_share: (
+        np.ndarray
+    )  # (n,) of the range of the rotors about its middle, 1 is all, the largest of some headings; 0 without rotors
 
 
 def unit_derivatives(jets: np.ndarray, progress: Progress) -> np.ndarray:
@@ -74,20 +85,40 @@ def curvature(jets: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(np.cross(jets[:, 1], jets[:, 2]), axis=1) / parameter_speed(jets) ** 3)
 
 
-def hover(vehicle: Vehicle) -> np.ndarray:
-    """Return g e3 - K_t (3,) [m/s^2], world: minus what thrust has to balance at rest."""
-    return np.asarray((0.0, 0.0, vehicle.gravity) - np.asarray(vehicle.bias_acceleration))
-
-
 def demands(vehicle: Vehicle, derivatives: np.ndarray, speed: float | np.ndarray) -> Demands:
     """Return the demands at a speed (a number or (n,)) from derivatives at unit speed (n, 5, 3)."""
     powers = np.asarray(speed)[..., None] ** np.arange(ORDER + 1)
     scaled = derivatives * np.broadcast_to(powers, (len(derivatives), ORDER + 1))[..., None]
+    bare, rotors, share = is_bare(vehicle), vehicle.rotors, np.zeros(len(derivatives))
+    if rotors is not None or not bare:
+        with np.errstate(all="ignore"):
+            found = flat(vehicle, scaled)
+        share = share if rotors is None else rotor_share(rotors, found)
+    if not bare:
+        rate, acceleration = (value.max(axis=0) for value in (found.tilt_rate, found.tilt_acceleration))
+        torque = np.linalg.norm(found.torque, axis=2).max(axis=0)
+        least, most = found.thrust.min(axis=0), found.thrust.max(axis=0)
+        return Demands(least / vehicle.mass, most, rate, acceleration, torque, least, share)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         thrust, _, rate, acceleration = predict._thrust(vehicle, tuple(np.moveaxis(scaled, 1, 0)))
         rate, acceleration = (np.where(np.isnan(value), np.inf, value) for value in (rate, acceleration))
         torque = torque_bound(vehicle, rate, acceleration)
-    return Demands(thrust / vehicle.mass, thrust, rate, acceleration, torque)
+    return Demands(thrust / vehicle.mass, thrust, rate, acceleration, torque, thrust, share)
+
+
+def rotor_share(rotors: Rotors, found: Flat) -> np.ndarray:
+    """Return how much of the range of the rotors (n,) the wrenches of a motion use, the largest over its headings.
+
+    Their wrenches fill a zonotope; the share is the factor by which it would have to grow about its middle to hold the one needed.
+    """
+    columns = rotors.mixer / rotors.units[:, None]
+    least, most = rotors.least_thrusts, rotors.most_thrusts
+    slabs = normals(columns)
+    widths = np.abs(slabs @ columns) @ (most - least) / 2
+    wrench = np.concatenate([found.thrust[..., None], found.torque], axis=2) / rotors.units
+    with np.errstate(invalid="ignore"):
+        shares = np.abs((wrench - columns @ (most + least) / 2) @ slabs.T) / widths
+    return np.asarray(np.where(np.isnan(shares), np.inf, shares).max(axis=(0, 2)))
 
 
 def torque_bound(vehicle: Vehicle, tilt_rate: np.ndarray, tilt_acceleration: np.ndarray) -> np.ndarray:

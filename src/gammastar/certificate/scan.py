@@ -1,7 +1,7 @@
-"""Constant speeds that keep tilt rate and torque within limits: a scan over speed, its ends narrowed by exchange.
+"""Constant speeds that keep tilt rate, torque and rotors within limits: a scan over speed, its ends narrowed by exchange.
 
-Neither limit has a closed form in the speed, and neither demand needs to grow with it: near free fall a slower flight may
-turn faster.
+None of these limits has a closed form in the speed, and no demand needs to grow with it: near free fall a slower flight may
+turn faster.  With forces the thrust has none either.
 """
 
 from __future__ import annotations
@@ -28,13 +28,18 @@ ROUNDING = 1e-10  # relative: a peak this much above the limit meets it
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """How much of its tilt rate and torque a vehicle uses along a path, as a function of the speed."""
+    """How much of its limits a vehicle uses along a path, those of its rotors included, as a function of the speed."""
 
     samples: Samples
     vehicle: Vehicle
     progress: Progress
     tilt_rate: float | None  # [rad/s] the most
     torque: float | None  # [N m] the most
+    floor: float | None = None  # [m/s^2] the least specific thrust
+    thrust: float | None = None  # [N] the most
+    bisections: int = BISECTIONS  # of an end
+    exchanges: int = EXCHANGES
+    also: tuple[float, ...] = ()  # speeds to look at besides, where something narrow may be forbidden
 
     def parts(self, interval: Interval) -> list[Interval]:
         """Return the parts of an interval of speeds that keep to the limits.
@@ -44,19 +49,20 @@ class Scan:
         derivatives = unit_derivatives(self.samples.jets, self.progress)
         low, high = interval
         if low == 0:
-            if self._worst(derivatives, 0.0) > 1:  # a constant torque alone is too much
+            if self.worst(derivatives, 0.0) > 1:  # a constant torque alone is too much
                 return []
             low = high if np.isfinite(high) else 1.0
-            while self._worst(derivatives, low) > 1:
+            while self.worst(derivatives, low) > 1:
                 low /= 10
         if not np.isfinite(high):
             high = low
-            while self._worst(derivatives, high) <= 1 and high < FASTEST * low:
+            while self.worst(derivatives, high) <= 1 and high < FASTEST * low:
                 high *= 10
             high *= BEYOND
         speeds = np.geomspace(low, high, 2 + int(np.log(max(high / low, 1.0)) / np.log(RATIO)))
         speeds[0], speeds[-1] = low, high
-        fits = np.array([self._worst(derivatives, speed) <= 1 for speed in speeds])
+        speeds = np.union1d(speeds, [speed for speed in self.also if low < speed < high])
+        fits = np.array([self.worst(derivatives, speed) <= 1 for speed in speeds])
         for end in (0, -1):
             fits[end] &= self._peaks(self.samples, float(speeds[end]))[1] <= 1 + ROUNDING
         found = []
@@ -68,16 +74,22 @@ class Scan:
         return found
 
     def _usage(self, derivatives: np.ndarray, speed: float) -> np.ndarray:
-        """Return the larger used share (n,) of the two limits; 1 is all."""
+        """Return the largest used share (n,) of any limit; 1 is all."""
         found = demands(self.vehicle, derivatives, speed)
-        shares = [np.zeros(len(derivatives))]
+        shares = [found.rotor_share]
         if self.tilt_rate is not None:
             shares.append(found.tilt_rate / self.tilt_rate)
         if self.torque is not None:
             shares.append(found.torque / self.torque)
+        if self.thrust is not None:
+            shares.append(found.thrust / self.thrust)
+        if self.floor is not None:
+            with np.errstate(divide="ignore"):
+                shares.append(self.floor / found.specific_thrust)
         return np.asarray(np.max(shares, axis=0))
 
-    def _worst(self, derivatives: np.ndarray, speed: float) -> float:
+    def worst(self, derivatives: np.ndarray, speed: float) -> float:
+        """Return the largest used share of any limit along the path."""
         return float(self._usage(derivatives, speed).max())
 
     def _peaks(self, samples: Samples, speed: float) -> tuple[np.ndarray, float]:
@@ -96,17 +108,17 @@ class Scan:
         NaN when nothing fits once they are.
         """
         samples, inward = self.samples, inside / outside
-        for _ in range(EXCHANGES):
+        for _ in range(self.exchanges):
             derivatives = unit_derivatives(samples.jets, self.progress)
             for _ in range(RETREATS):
-                if self._worst(derivatives, inside) <= 1:
+                if self.worst(derivatives, inside) <= 1:
                     break
                 inside, outside = inside * inward, inside
             else:
                 return float("nan")
-            for _ in range(BISECTIONS):
+            for _ in range(self.bisections):
                 middle = (inside + outside) / 2
-                if self._worst(derivatives, middle) <= 1:
+                if self.worst(derivatives, middle) <= 1:
                     inside = middle
                 else:
                     outside = middle

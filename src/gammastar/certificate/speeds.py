@@ -2,16 +2,18 @@
 
 With u = v^2, w the second derivative at unit speed and c = g e3 - K_t, the specific thrust is |c - u w|.  At one place
 it is below a bound between the two roots of a quadratic in u; along the path the union of these intervals is forbidden.
-So a loop can be flown slowly, and again faster than sqrt(g r), but not in between.
+So a loop can be flown slowly, and again faster than sqrt(g r), but not in between.  With forces there is no such form: the whole
+range of speeds is scanned.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from gammastar.certificate.motion import Progress, hover, unit_derivatives
+from gammastar.certificate.flatness import hover, is_bare
+from gammastar.certificate.motion import Progress, unit_derivatives
 from gammastar.certificate.scan import Interval, Scan, runs
 from gammastar.certificate.search import Quantity, Search, brackets, extremes, narrowed, neighbourhood
 from gammastar.checks import number
@@ -22,6 +24,14 @@ FLOOR = (
     0.05  # of the specific thrust at rest: chosen by us, as the floor of the thrust above which random starts settled
 )
 LEAST_FLOOR = 1e-3  # [m/s^2] without gravity: chosen by us, a hundredth of what a small satellite has (0.475 N on 5 kg)
+BISECTIONS, EXCHANGES = 22, 4  # of an end of such a scan: 1e-7 of the speed
+COARSE = 200  # samples, besides the places of the sharpest derivatives, on which a scan with rotors or forces begins
+SLOWEST, FASTEST = (
+    1e-3,
+    1e3,
+)  # of a speed of its own scale, between which a path without a flyable standstill is scanned
+SHARPEST = 8  # of these places for each derivative
+AROUND = np.array([0.85, 0.9, 0.94, 0.97, 1.0, 1.03, 1.06, 1.1, 1.15])  # forces move the speeds of free fall a little
 RUNAWAY = 1e8  # upper root of a quadratic over the least one: w passes through zero, where the root is infinite
 
 
@@ -49,19 +59,65 @@ class Limits:
 def allowed_speeds(samples: Samples, vehicle: Vehicle, progress: Progress, limits: Limits) -> tuple[Interval, ...]:
     """Return the intervals of constant speed, slowest first, at which the whole path can be followed.
 
-    Exact to rounding for the floor and the ceiling of the thrust.  For tilt rate and torque each interval is scanned at
+    Exact to rounding for the floor and the ceiling of the thrust without forces.  For all else each interval is scanned at
     speeds 15 % apart before its ends are narrowed: something forbidden within less is not seen.
     """
-    forbidden = _free_fall(samples, vehicle, progress, limits.floor(vehicle))
+    floor = limits.floor(vehicle)
+    if not is_bare(vehicle):
+        most = limits.tilt_rate, limits.torque, floor, limits.thrust
+        chosen = _coarse(samples, progress)
+        also = _near_free_fall(unit_derivatives(chosen.jets, progress)[:, 2], hover(vehicle))
+        return _scanned(Scan(chosen, vehicle, progress, *most, BISECTIONS, EXCHANGES, also), floor)
+    forbidden = _free_fall(samples, vehicle, progress, floor)
     allowed = _complement(forbidden)
     if limits.thrust is not None:
         within = _within_thrust(samples, vehicle, progress, limits.thrust / vehicle.mass)
         allowed = [(max(a, within[0]), min(b, within[1])) for a, b in allowed if max(a, within[0]) <= min(b, within[1])]
     speeds = [(float(np.sqrt(low)), float(np.sqrt(high))) for low, high in allowed]
-    if limits.tilt_rate is None and limits.torque is None:
+    if limits.tilt_rate is None and limits.torque is None and vehicle.rotors is None:
         return tuple(speeds)
     scan = Scan(samples, vehicle, progress, limits.tilt_rate, limits.torque)
+    if vehicle.rotors is not None:
+        scan = replace(scan, samples=_coarse(samples, progress), bisections=BISECTIONS, exchanges=EXCHANGES)
     return tuple(part for each in speeds for part in scan.parts(each))
+
+
+def _scanned(scan: Scan, floor: float) -> tuple[Interval, ...]:
+    """Return the intervals of speed that keep to the limits of a scan, from standstill or, where that does not, from very slow."""
+    derivatives = unit_derivatives(scan.samples.jets, scan.progress)
+    if scan.worst(derivatives, 0.0) <= 1:
+        return tuple(scan.parts((0.0, np.inf)))
+    bend = float(np.linalg.norm(derivatives[:, 2], axis=1).max())
+    pace = float(np.linalg.norm(derivatives[:, 1], axis=1).mean())
+    own = min(np.sqrt(floor / bend), 1 / pace) if bend > 0 else 1 / pace
+    last = FASTEST * max(own, 1 / pace)
+    found = scan.parts((SLOWEST * own, last))
+    return tuple((low, np.inf if high == last else high) for low, high in found)
+
+
+def _near_free_fall(second: np.ndarray, constant: np.ndarray) -> tuple[float, ...]:
+    """Return speeds at and around which |c - v^2 w| is least, at the places where that is least of all."""
+    size = np.sum(second**2, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = second @ constant / size
+        left = np.linalg.norm(constant - squares[:, None] * second, axis=1)
+    good = np.flatnonzero(np.isfinite(left) & (squares > 0))
+    chosen = good[np.argsort(left[good], kind="stable")[:SHARPEST]]
+    return tuple(np.unique(np.outer(np.sqrt(squares[chosen]), AROUND)).tolist())
+
+
+def _coarse(samples: Samples, progress: Progress) -> Samples:
+    """Return fewer samples: some throughout the path, and those around the sharpest of its derivatives."""
+    if len(samples.parameters) <= COARSE:
+        return samples
+
+    def size(order: int) -> Quantity:
+        return lambda jets: np.asarray(np.linalg.norm(unit_derivatives(jets, progress)[:, order], axis=1))
+
+    sharp = np.concatenate([brackets(samples, size(order), 1)[:SHARPEST].ravel() for order in (2, 3, 4)])
+    even = np.linspace(0, len(samples.parameters) - 1, COARSE).astype(int)
+    kept = np.union1d(even, np.searchsorted(samples.parameters, sharp))
+    return Samples(samples.path, samples.parameters[kept], samples.jets[kept], samples.broken)
 
 
 def roots(second: np.ndarray, constant: np.ndarray, bound: float) -> tuple[np.ndarray, np.ndarray]:

@@ -45,6 +45,12 @@ def meeting(approach: Approach, first: Place, second: Place) -> str:
     )
 
 
+def saturated(share: float, place: Place, stretches: list[tuple[Place, Place]], remedy: str) -> str:
+    """Return why a speed at which the rotors cannot give the wrench on the way is refused."""
+    got = f"{share:.4g} of their range" if math.isfinite(share) else "no bound"
+    return f"rotors must be able to give the thrust and torque (got {got} at {place}; beyond it {_where(stretches)}); {remedy}"
+
+
 def falling(
     least: float,
     floor: float,
@@ -53,15 +59,8 @@ def falling(
     remedy: str,
 ) -> str:
     """Return why a speed with free fall, or nearly so, on the way is refused."""
-    where = "; ".join(
-        f"from parameter {first.parameter:.4g} to {last.parameter:.4g} ({first.arc_length:.4g} to {last.arc_length:.4g} m)"
-        for first, last in stretches[:SHOWN]
-    )
-    more = _more(len(stretches), "stretch")
     what = "free fall" if least <= 1e-6 * floor else f"a least of {least:.3g} m/s^2"
-    return (
-        f"specific thrust must stay above {floor:.3g} m/s^2 (got {what} at {place}; below it {where}{more}); {remedy}"
-    )
+    return f"specific thrust must stay above {floor:.3g} m/s^2 (got {what} at {place}; below it {_where(stretches)}); {remedy}"
 
 
 def exceeding(name: str, unit: str, value: float, limit: float, place: Place, remedy: str) -> str:
@@ -100,6 +99,15 @@ def intervals(allowed: tuple[Interval, ...]) -> str:
     return "allowed: " + ", ".join(
         f"{low:.4g} to {high:.4g}" if math.isfinite(high) else f"from {low:.4g}" for low, high in allowed
     )
+
+
+def _where(stretches: list[tuple[Place, Place]]) -> str:
+    """Return stretches in words."""
+    where = "; ".join(
+        f"from parameter {first.parameter:.4g} to {last.parameter:.4g} ({first.arc_length:.4g} to {last.arc_length:.4g} m)"
+        for first, last in stretches[:SHOWN]
+    )
+    return where + _more(len(stretches), "stretch")
 
 
 def _more(count: int, what: str) -> str:

@@ -250,11 +250,19 @@ def _position_step(path: Path) -> Any:
     return ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta, data)], ca.cse(results))
 
 
-@np.errstate(over="ignore")  # a speed beyond all bounds demands infinite rates
 def _thrust(
     vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return thrust, thrust direction, tilt rate and tilt acceleration from position derivatives."""
+    thrust, direction, turning, tilting = thrust_axis(vehicle, derivatives)
+    return thrust, direction, np.linalg.norm(turning, axis=1), np.linalg.norm(tilting, axis=1)
+
+
+@np.errstate(over="ignore")  # a speed beyond all bounds demands infinite rates
+def thrust_axis(
+    vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return thrust (n,), its axis b3 = R e3, b3' and b3'' across b3, (n, 3) each, from position derivatives; without forces."""
     constant = np.array([0.0, 0.0, vehicle.gravity]) - np.asarray(vehicle.bias_acceleration)
     force = vehicle.mass * (constant - derivatives[2])
     force_rate, force_ddot = -vehicle.mass * derivatives[3], -vehicle.mass * derivatives[4]
@@ -264,7 +272,7 @@ def _thrust(
     def across(vector: Any) -> Any:
         return vector - direction * np.sum(direction * vector, axis=1, keepdims=True)
 
-    turning = across(force_rate) / thrust[:, None]  # d/dt of R e3, of length sqrt(p^2 + q^2)
+    turning = across(force_rate) / thrust[:, None]  # of length sqrt(p^2 + q^2)
     thrust_rate = np.sum(direction * force_rate, axis=1, keepdims=True)
     tilting = (across(force_ddot) - 2 * thrust_rate * turning) / thrust[:, None]
-    return thrust, direction, np.linalg.norm(turning, axis=1), np.linalg.norm(tilting, axis=1)
+    return thrust, direction, turning, tilting
