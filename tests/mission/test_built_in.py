@@ -23,6 +23,9 @@ APPROACHING = (
 )  # from so far away that the law is bent, so there is no closed form of the whole flight
 
 
+REAL = ("hexarotor", "quadrotor", "tail-sitter", "underwater")  # through rotors, with an autopilot
+
+
 @functools.cache
 def flown(name: str) -> FlightRecord:
     return load(name).fly()
@@ -32,11 +35,16 @@ def test_the_names_are_these() -> None:
     assert names() == [
         "anywhere",
         "helix",
+        "hexarotor",
         "knot",
         "loop",
         "noisy",
+        "quadrotor",
         "replanned",
+        "satellite",
         "stop",
+        "tail-sitter",
+        "underwater",
         "upright",
         "upside-down",
         "waypoints",
@@ -67,7 +75,7 @@ def test_every_mission_settles(name: str) -> None:
     assert summary["so3_drift"] <= 1e-12
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name not in {"noisy", "replanned", *APPROACHING}])
+@pytest.mark.parametrize("name", [name for name in names() if name not in {"noisy", "replanned", *APPROACHING, *REAL}])
 def test_every_nominal_mission_flies_its_closed_form(name: str) -> None:
     summary = flown(name).summary()
     assert summary["distance_m"]["max_after_settling"] <= 1e-3
@@ -88,6 +96,42 @@ def test_an_approach_bends_the_law_and_then_leaves_it_alone(name: str) -> None:
     assert summary["distance_m"]["max_after_settling"] <= 1e-3
     assert summary["distance_m"]["max_last_quarter"] <= 1e-9
     assert summary["settling_time_s"]["measured"] < 10
+
+
+@pytest.mark.parametrize(("name", "most"), list(zip(REAL, (1e-3, 1e-2, 1e-5, 1e-3), strict=True)))
+def test_real_vehicles_keep_to_their_paths_within_their_rotors(name: str, most: float) -> None:
+    """What is unknown leaves millimetres, gusts up to 1 cm; the tail-sitter's lift is known, and leaves micrometres."""
+    record = flown(name)
+    summary = record.summary()
+    assert summary["distance_m"]["max_last_quarter"] < most
+    rotors, speeds = record.truth.rotors, record.autopilot.rotor_speeds
+    assert speeds.min() >= rotors.slowest
+    assert speeds.max() <= rotors.fastest
+    assert not record.autopilot.given_up[record.time > 0.75 * record.time[-1]].any()
+
+
+def test_lift_carries_the_tail_sitter() -> None:
+    """In fast flight its thrust is below a third of its weight."""
+    record = flown("tail-sitter")
+    assert record.thrust[-1] < record.truth.weight / 3
+    assert np.linalg.norm(record.velocity[-1]) == pytest.approx(8.0, abs=1e-3)
+
+
+def test_the_satellite_keeps_within_its_thruster_and_wheels() -> None:
+    record = flown("satellite")
+    assert record.truth.gravity == 0
+    assert record.thrust.max() <= 0.475
+    assert np.abs(record.torque).max() <= 2e-4
+    assert record.thrust[-1] == pytest.approx(5.0 * 2.0 * 0.15**2, rel=1e-3)  # centripetal
+
+
+@pytest.mark.parametrize("name", [name for name in names() if name != "noisy"])
+def test_every_mission_settles_also_by_body_rates(name: str) -> None:
+    """Thrust and body rates through an inner loop of 20 rad/s: within 5 mm, in gusts 1 cm."""
+    within = 1e-2 if name == "quadrotor" else 5e-3
+    summary = load(name).with_values({"controller.interface": "rates", "flight.settled_within": within}).fly().summary()
+    assert summary["settled"]
+    assert summary["distance_m"]["max_last_quarter"] < within
 
 
 def test_the_start_on_the_axis_is_a_focal_point() -> None:
