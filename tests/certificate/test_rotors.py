@@ -12,8 +12,8 @@ from scipy.optimize import linprog
 import gammastar as gs
 from certificate.curves import QUAD
 from gammastar.certificate import Limits, Verdict, certify
-from gammastar.certificate.flatness import Flat
 from gammastar.certificate.motion import demands, rotor_share, unit_derivatives
+from gammastar.law.flatness import Flat
 from gammastar.path.sampling import sample
 from gammastar.vehicle import LinearDrag, Rotors
 
@@ -38,7 +38,7 @@ def test_the_rotor_share_is_that_of_a_linear_programme(rotors: Rotors) -> None:
     rng = np.random.default_rng(0)
     wrenches = rng.normal(size=(3, 20, 4)) * rotors.units * 5 + [10, 0, 0, 0]
     rates = np.zeros((3, 20))
-    found = rotor_share(rotors, Flat(wrenches[..., 0], rates, rates, wrenches[..., 1:]))
+    found = rotor_share(rotors, Flat(wrenches[..., 0], rates, rates, rates, wrenches[..., 1:]))
     for k in range(20):
         assert found[k] == pytest.approx(max(share_by_programme(rotors, wrenches[h, k]) for h in range(3)), rel=1e-6)
 

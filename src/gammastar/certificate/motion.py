@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from gammastar.certificate.flatness import Flat, flat, is_bare
 from gammastar.law import predict
+from gammastar.law.flatness import Flat, flat
+from gammastar.law.thrust_axis import is_bare
 from gammastar.path.base import ORDER
 from gammastar.taylor import Series
 from gammastar.vehicle import Rotors, Vehicle

@@ -7,10 +7,11 @@ import numpy as np
 from gammastar.certificate import wording
 from gammastar.certificate.certificate import Check, Verdict
 from gammastar.certificate.findings import Findings
-from gammastar.certificate.flatness import headings, hover, is_bare
 from gammastar.certificate.motion import Demands, Progress, demands, torque_is_exact, unit_derivatives
 from gammastar.certificate.search import Quantity, extremes, negative_stretches
 from gammastar.certificate.speeds import Limits, allowed_speeds
+from gammastar.law.flatness import headings, hover
+from gammastar.law.thrust_axis import is_bare
 from gammastar.path.sampling import Place, Samples
 from gammastar.vehicle import Vehicle
 

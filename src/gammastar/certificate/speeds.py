@@ -12,11 +12,12 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from gammastar.certificate.flatness import hover, is_bare
 from gammastar.certificate.motion import Progress, unit_derivatives
 from gammastar.certificate.scan import Interval, Scan, runs
 from gammastar.certificate.search import Quantity, Search, brackets, extremes, narrowed, neighbourhood
 from gammastar.checks import number
+from gammastar.law.flatness import hover
+from gammastar.law.thrust_axis import is_bare
 from gammastar.path.sampling import Samples
 from gammastar.vehicle import Vehicle
 

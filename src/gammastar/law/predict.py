@@ -16,8 +16,10 @@ import numpy as np
 
 from gammastar import engine
 from gammastar.errors import InputError, PredictionError
+from gammastar.law.flatness import flat, turns_with_heading
 from gammastar.law.gains import companion
 from gammastar.law.reference import Reference
+from gammastar.law.thrust_axis import is_bare, thrust_axis
 from gammastar.path import Path
 from gammastar.vehicle import Vehicle
 
@@ -45,7 +47,7 @@ class Prediction:
     acceleration: np.ndarray  # (n, 3) [m/s^2]
     jerk: np.ndarray  # (n, 3) [m/s^3]
     snap: np.ndarray  # (n, 3) [m/s^4]
-    thrust: np.ndarray  # (n,) [N], zeta1 = |F|
+    thrust: np.ndarray  # (n,) [N], zeta1 = |F|; NaN, as what follows, where forces make it depend on the heading
     thrust_direction: np.ndarray  # (n, 3), R e3: the body's third axis
     tilt_rate: np.ndarray  # (n,) [rad/s], sqrt(p^2 + q^2), whatever the heading
     tilt_acceleration: np.ndarray  # (n,) [rad/s^2], |(p', q')| for r = 0, whatever the heading
@@ -253,26 +255,15 @@ def _position_step(path: Path) -> Any:
 def _thrust(
     vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return thrust, thrust direction, tilt rate and tilt acceleration from position derivatives."""
-    thrust, direction, turning, tilting = thrust_axis(vehicle, derivatives)
-    return thrust, direction, np.linalg.norm(turning, axis=1), np.linalg.norm(tilting, axis=1)
+    """Return thrust, thrust direction, tilt rate and tilt acceleration from position derivatives.
 
-
-@np.errstate(over="ignore")  # a speed beyond all bounds demands infinite rates
-def thrust_axis(
-    vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return thrust (n,), its axis b3 = R e3, b3' and b3'' across b3, (n, 3) each, from position derivatives; without forces."""
-    constant = np.array([0.0, 0.0, vehicle.gravity]) - np.asarray(vehicle.bias_acceleration)
-    force = vehicle.mass * (constant - derivatives[2])
-    force_rate, force_ddot = -vehicle.mass * derivatives[3], -vehicle.mass * derivatives[4]
-    thrust = np.linalg.norm(force, axis=1)
-    direction = force / thrust[:, None]
-
-    def across(vector: Any) -> Any:
-        return vector - direction * np.sum(direction * vector, axis=1, keepdims=True)
-
-    turning = across(force_rate) / thrust[:, None]  # of length sqrt(p^2 + q^2)
-    thrust_rate = np.sum(direction * force_rate, axis=1, keepdims=True)
-    tilting = (across(force_ddot) - 2 * thrust_rate * turning) / thrust[:, None]
-    return thrust, direction, turning, tilting
+    NaN where forces make them depend on the heading, which has no closed form.
+    """
+    if is_bare(vehicle):
+        thrust, direction, turning, tilting = thrust_axis(vehicle, derivatives)
+        return thrust, direction, np.linalg.norm(turning, axis=1), np.linalg.norm(tilting, axis=1)
+    if turns_with_heading(vehicle):
+        unknown = np.full(len(derivatives[0]), np.nan)
+        return unknown, np.tile(unknown[:, None], 3), unknown, unknown
+    found = flat(vehicle, np.stack(derivatives, axis=1))
+    return found.thrust[0], found.axis[0], found.tilt_rate[0], found.tilt_acceleration[0]

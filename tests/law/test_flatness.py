@@ -8,12 +8,12 @@ import pytest
 from scipy.optimize import root
 
 import gammastar as gs
-from certificate.curves import QUAD
-from gammastar.certificate import flatness
-from gammastar.certificate.flatness import _closed, _solved, flat, headings, hover, is_bare
 from gammastar.certificate.motion import demands
+from gammastar.law import flatness
+from gammastar.law.flatness import _closed, _solved, flat, headings, hover
+from gammastar.law.thrust_axis import is_bare
 from gammastar.vehicle import Buoyancy, CustomForce, LinearDrag, QuadraticDrag, RotorDrag, Vehicle
-from strategies import VEHICLES
+from strategies import PAPER_VEHICLE, VEHICLES
 
 MOTIONS = np.random.default_rng(0).normal(size=(40, 5, 3)) * np.array([5, 2, 3, 3, 5])[:, None]
 INERTIA = ((0.03, 0.004, -0.002), (0.004, 0.035, 0.005), (-0.002, 0.005, 0.05))
@@ -98,11 +98,12 @@ def test_the_solution_gives_the_motion_by_the_forward_model(name: str) -> None:
     flatness_of = flatness._functions
     flatness._functions = lambda _: watched
     try:
-        thrust, rates, accelerations = _solved(vehicle, slow, 0.4)
+        thrust, axis, rates, accelerations = _solved(vehicle, slow, 0.4)
     finally:
         flatness._functions = flatness_of
     assert np.all(thrust > 0)
     attitudes = states[0][0].reshape(3, len(slow), 3).swapaxes(0, 1)
+    np.testing.assert_array_equal(axis, attitudes[:, :, 2])
     for k, (R, motion) in enumerate(zip(attitudes, slow, strict=True)):
         symbols = [ca.SX.sym("zeta2"), ca.SX.sym("ddot")]
         state = gs.vehicle.StateGraph(
@@ -158,8 +159,26 @@ def test_without_a_force_to_push_against_there_is_no_attitude() -> None:
 
 
 def test_hover_counts_buoyancy_and_is_untouched_for_bare_vehicles() -> None:
-    assert np.array_equal(hover(QUAD), [0, 0, QUAD.gravity])
+    assert np.array_equal(hover(PAPER_VEHICLE), [0, 0, PAPER_VEHICLE.gravity])
     auv = gs.vehicles.load("sphere-auv")
-    assert is_bare(QUAD)
+    assert is_bare(PAPER_VEHICLE)
     assert not is_bare(auv)
     assert np.linalg.norm(hover(auv)) == pytest.approx(auv.weight / auv.mass)
+
+
+@pytest.mark.parametrize("force", [LinearDrag((0.2, 0.2, 0.4)), RotorDrag(0.1), QuadraticDrag(0.05)])
+def test_a_flight_with_drag_has_the_thrust_that_was_predicted(force: gs.vehicle.Force) -> None:
+    """The whole closed form holds with forces in the model: position by the chains, thrust by the motion."""
+    vehicle = Vehicle(0.5, (3.65e-3, 3.68e-3, 7.03e-3), forces=[force], added_mass=0.05)
+    law = gs.design(vehicle, gs.paths.circle(2.0))
+    oracle = gs.fly(law, gs.State(position=(2.4, 0, 0.1)), speed=1.0, duration=4).summary()["oracle"]
+    assert oracle["max_position_error_m"] < 1e-9
+    assert oracle["max_thrust_error_N"] < 1e-8
+
+
+def test_a_thrust_that_depends_on_the_heading_is_not_predicted() -> None:
+    vehicle = Vehicle(0.5, (3.65e-3, 3.68e-3, 7.03e-3), forces=[LinearDrag((0.2, 0.3, 0.4))])
+    law = gs.design(vehicle, gs.paths.circle(2.0))
+    found = law.predict(gs.State(position=(2.4, 0, 0.1)), gs.Speed(1.0), np.linspace(0, 2, 5))
+    assert np.isnan(found.thrust).all()
+    assert np.isfinite(found.position).all()

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine, so3
-from gammastar.law.predict import thrust_axis
+from gammastar.law.thrust_axis import is_bare, thrust_axis
 from gammastar.vehicle import StateGraph, Vehicle
 
 HEADINGS = 8  # over a turn, for the torques of a motion
@@ -32,6 +32,7 @@ class Flat(NamedTuple):
     """What a motion asks for, by heading; thrust is zero where no attitude gives the motion, and the rest is infinite."""
 
     thrust: np.ndarray  # (h, n) [N]
+    axis: np.ndarray  # (h, n, 3) R e3, world
     tilt_rate: np.ndarray  # (h, n) [rad/s]
     tilt_acceleration: np.ndarray  # (h, n) [rad/s^2]
     torque: np.ndarray  # (h, n, 3) [N m], body
@@ -44,23 +45,18 @@ def flat(vehicle: Vehicle, derivatives: np.ndarray) -> Flat:
     else:
         solved = _turn(headings(vehicle))[: _functions(vehicle).different]
         found = [_solved(vehicle, derivatives, angle) for angle in solved]
-    thrust, rates, accelerations = (np.stack(values) for values in zip(*found, strict=True))
+    thrust, axis, rates, accelerations = (np.stack(values) for values in zip(*found, strict=True))
     turns = _about_third(_turn(headings(vehicle) // len(found)))  # from a heading to others of the same force
     with np.errstate(invalid="ignore"):
         rates, accelerations = (  # rows times R are R^T times columns
             np.concatenate(value[:, None] @ turns[None, :, :, :]) for value in (rates, accelerations)
         )
-    thrust = np.repeat(thrust, len(turns), axis=0)
+    thrust, axis = (np.repeat(value, len(turns), axis=0) for value in (thrust, axis))
     inertia = np.asarray(vehicle.inertia)
     with np.errstate(all="ignore"):
         torque = accelerations @ inertia + np.cross(rates, rates @ inertia) + np.asarray(vehicle.bias_torque)
         sizes = (np.linalg.norm(value, axis=2) for value in (rates, accelerations))
-        return Flat(thrust, *(np.where(np.isnan(value), np.inf, value) for value in (*sizes, torque)))
-
-
-def is_bare(vehicle: Vehicle) -> bool:
-    """Return whether nothing but gravity, thrust and constant loads moves a vehicle, so that closed forms hold."""
-    return not vehicle.forces and vehicle.added_mass == 0
+        return Flat(thrust, axis, *(np.where(np.isnan(value), np.inf, value) for value in (*sizes, torque)))
 
 
 def hover(vehicle: Vehicle) -> np.ndarray:
@@ -135,9 +131,14 @@ def _divided(matrix: Any, vector: Any) -> Any:
     return ca.vertcat(*(ca.dot(vector, cofactor) / determinant for cofactor in cofactors))
 
 
+def turns_with_heading(vehicle: Vehicle) -> bool:
+    """Return whether forces depend on how the body is turned about its thrust axis."""
+    return not is_bare(vehicle) and _functions(vehicle).different > 1
+
+
 def headings(vehicle: Vehicle) -> int:
     """Return how many headings over a turn a motion is solved for."""
-    return HEADINGS if is_bare(vehicle) or _functions(vehicle).different == 1 else FEWER_HEADINGS
+    return FEWER_HEADINGS if turns_with_heading(vehicle) else HEADINGS
 
 
 def _different(force: Any, thrust: float) -> int:
@@ -158,19 +159,19 @@ def _different(force: Any, thrust: float) -> int:
     return most
 
 
-def _closed(vehicle: Vehicle, derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return thrust (n,), body rates (n, 3) and their rates (n, 3) of a motion without forces, with r = r' = 0.
+def _closed(vehicle: Vehicle, derivatives: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return thrust (n,), its axis (n, 3), body rates (n, 3) and their rates (n, 3) of a motion without forces, with r = r' = 0.
 
     The body turns at b3 x b3' in world axes, which changes by b3 x b3''; both are across b3, so r and r' vanish.
     """
     thrust, third, turning, tilting = thrust_axis(vehicle, tuple(np.moveaxis(derivatives, 1, 0)))
     attitude, _ = _first(vehicle, third, 0.0)
     rates, accelerations = (np.einsum("nij,ni->nj", attitude, np.cross(third, each)) for each in (turning, tilting))
-    return thrust, rates, accelerations
+    return thrust, third, rates, accelerations
 
 
-def _solved(vehicle: Vehicle, derivatives: np.ndarray, heading: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return thrust (n,), body rates (n, 3) and their rates (n, 3) of a motion, with r = r' = 0, at one heading [rad]."""
+def _solved(vehicle: Vehicle, derivatives: np.ndarray, heading: float) -> tuple[np.ndarray, ...]:
+    """Return thrust (n,), its axis (n, 3), body rates (n, 3) and their rates (n, 3) of a motion, with r = r' = 0, at one heading [rad]."""
     functions = _functions(vehicle)
     place, velocity, acceleration, jerk, snap = np.moveaxis(derivatives, 1, 0)
     balanced = hover(vehicle) * vehicle.mass / vehicle.moved_mass
@@ -205,7 +206,7 @@ def _solved(vehicle: Vehicle, derivatives: np.ndarray, heading: float) -> tuple[
             *(each[good].T for each in (place, velocity, acceleration, jerk, snap)),
         )
         rates[good], accelerations[good] = (value.full().T for value in _mapped(functions.rest, columns))
-    return np.where(good, thrust, 0.0), rates, accelerations
+    return np.where(good, thrust, 0.0), attitude[:, :, 2], rates, accelerations
 
 
 def _iterate(
