@@ -1,5 +1,6 @@
 """The closed loop: integrators, sampling, sensors, and the record of a flight."""
 
+from gammastar.flight.band import Band, noise_band
 from gammastar.flight.fly import fly
 from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
 from gammastar.flight.phases import Phase, Replacement
@@ -16,6 +17,7 @@ __all__ = [
     "Phase",
     "Replacement",
     "PATH_FLYER",
+    "Band",
     "Channel",
     "SensorNoise",
     "Sensors",
@@ -24,4 +26,5 @@ __all__ = [
     "Wind",
     "fly",
     "integrator",
+    "noise_band",
 ]

@@ -145,10 +145,11 @@ class Autopilot:
         now = dict(zip(self.sizes, ca.vertsplit(state, [0, *np.cumsum(list(self.sizes.values()))]), strict=True))
         path = self.law.path
         history = ca.horzsplit(ca.reshape(now["history"], 4, self.pending + 1))
-        told, estimate = self._estimated(now, split_measurement(measurement), history[0])
+        measured = split_measurement(measurement)
+        told, estimate = self._estimated(now, measured, history[0])
         at_place = path.track(told.position, ca.vertcat(now["parameter"], around.path))
         place = ca.if_else(now["waiting"], now["parameter"], at_place)
-        rejection, unknown = self._rejected(now, told, history[0], ca.vertcat(place, around.path))
+        rejection, unknown = self._rejected(now, told, measured, history[0], ca.vertcat(place, around.path))
         seen, later = self._predicted(now, told, history, unknown)
         tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
         parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
@@ -212,8 +213,14 @@ class Autopilot:
         position, velocity, attitude, rates = estimator.estimate(estimate)
         return Measurement(position, velocity, attitude, rates, ca.SX.ones(4)), estimate
 
-    def _rejected(self, now: dict[str, Any], told: Measurement, wrench: Any, place: Any) -> tuple[Any, Unknown]:
-        """Graph: return the next memory of the observer, and what it says; nothing without one."""
+    def _rejected(
+        self, now: dict[str, Any], told: Measurement, measured: Measurement, wrench: Any, place: Any
+    ) -> tuple[Any, Unknown]:
+        """Graph: return the next memory of the observer, and what it says; nothing without one.
+
+        It is driven by the samples themselves: an estimate moves with the unknown that it is told, so an observer of an estimate
+        would confirm itself between two samples, and see each of them as a jump within one interval.
+        """
         rejection = self.law.rejection
         if rejection is None:
             return ca.SX(0, 1), Unknown()
@@ -224,8 +231,8 @@ class Autopilot:
         acceleration, turning = self.lookahead.accelerations(told.velocity, middle, rates, wrench, Unknown())
         error = told.position - self.law.path.foot(told.position, place)
         memory = rejection.advanced(
-            *(now["rejection"], told.velocity, told.angular_velocity, acceleration, turning),
-            *(self.interval, error, (told.fresh[1], told.fresh[3])),
+            *(now["rejection"], measured.velocity, measured.angular_velocity, acceleration, turning),
+            *(self.interval, error, (measured.fresh[1], measured.fresh[3])),
         )
         return memory, rejection.unknown(memory)
 

@@ -1,0 +1,62 @@
+"""The observer poles that are best for measured sensors: predicted by linear theory, and flown.
+
+RotorPy's Hummingbird with its aerodynamics, of which the law knows mass, inertia and rotors only, on a circle of 1 m at 0.2 Hz; control
+at 500 Hz; noise and rates of the sensors as measured by Path-Flyer.  The predicted figure is the root mean square distance of the flight
+without noise and of the band that noise makes about it; the flown one is that over seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+
+import machine
+import numpy as np
+
+import gammastar as gs
+from gammastar.flight import PATH_FLYER, noise_band
+from gammastar.law import KalmanFilter, Observer
+from gammastar.vehicle import presets
+
+FORCES = (4.0, 6.0, 8.0, 12.0, 16.0, 26.0, 40.0)  # [rad/s]
+TORQUES = (40.0, 80.0, 120.0)
+SPEED, DURATION, LAST = 2 * np.pi * 0.2, 12.0, 9.0  # [rad/s], [s], [s] from which distances count
+START = gs.State((1.0, 0.0, 0.0), (0.0, SPEED, 0.0))
+
+
+def main() -> None:
+    """Print the table of bandwidths, and the best of each path of the measurements."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=4, help="flights for each pair of bandwidths")
+    parser.add_argument("--poles", type=float, default=-6.0, help="all poles of the law [1/s]")
+    chosen = parser.parse_args()
+    print(machine.describe())
+    for name, estimator in (("filter", KalmanFilter(**PATH_FLYER.deviations(), gravity=9.81)), ("raw samples", None)):
+        print(f"{name}: RMS distance [mm], predicted / flown (largest of all seeds)")
+        rows = [(force, torque) for force in FORCES for torque in TORQUES]
+        best, least = rows[0], np.inf
+        for force, torque in rows:
+            predicted, flown, largest = figures(estimator, Observer(force, torque), chosen.poles, chosen.seeds)
+            print(f"  force {force:4g}, torque {torque:4g} rad/s   {predicted:8.1f} / {flown:8.1f} ({largest:.1f})")
+            if predicted < least:
+                best, least = (force, torque), predicted
+        print(f"  best by prediction: force {best[0]:g}, torque {best[1]:g} rad/s")
+
+
+def figures(estimator: KalmanFilter | None, observer: Observer, poles: float, seeds: int) -> tuple[float, float, float]:
+    """Return the RMS distance [mm] as predicted and as flown, and the largest distance flown."""
+    truth = presets.load("hummingbird")
+    believed = dataclasses.replace(truth, forces=())
+    law = gs.design(believed, gs.paths.circle(), poles=poles, rejection=observer, estimator=estimator)
+    arguments = {"sensors": PATH_FLYER, "speed": SPEED, "duration": DURATION, "truth": truth, "step": 2e-3}
+    band = noise_band(law, START, after=LAST - 4, **arguments)
+    distances = []
+    for seed in range(seeds):
+        record = gs.fly(law, START, seed=seed, **arguments)
+        distances.append(record.distance[record.time >= LAST] if record.completed else np.array([np.inf]))
+    flown = np.concatenate(distances)
+    return 1e3 * band.over(LAST), 1e3 * float(np.sqrt(np.mean(flown**2))), 1e3 * float(flown.max())
+
+
+if __name__ == "__main__":
+    main()
