@@ -39,6 +39,7 @@ class Scan:
     thrust: float | None = None  # [N] the most
     bisections: int = BISECTIONS  # of an end
     exchanges: int = EXCHANGES
+    peaks: int | None = None  # local peaks that an exchange adds, or all that promise something
     also: tuple[float, ...] = ()  # speeds to look at besides, where something narrow may be forbidden
 
     def parts(self, interval: Interval) -> list[Interval]:
@@ -98,7 +99,7 @@ class Scan:
         def usage(jets: np.ndarray) -> np.ndarray:
             return self._usage(unit_derivatives(jets, self.progress), speed)
 
-        (found,) = narrowed(samples, [Search(usage, 1, brackets(samples, usage, 1))])
+        (found,) = narrowed(samples, [Search(usage, 1, brackets(samples, usage, 1)[: self.peaks])])
         return np.array([each.parameter for each in found]), max(each.value for each in found)
 
     def _edge(self, inside: float, outside: float) -> float:

@@ -38,9 +38,16 @@ class Search(NamedTuple):
     brackets: np.ndarray  # (m, 3) parameters: before, at and after the best sample
 
 
-def extremes(samples: Samples, quantities: Mapping[str, tuple[Quantity, int]]) -> dict[str, Extreme]:
-    """Return the extreme of each quantity over the whole path; `sign` +1 asks for the largest, -1 for the smallest."""
-    searches = [Search(quantity, sign, brackets(samples, quantity, sign)) for quantity, sign in quantities.values()]
+def extremes(
+    samples: Samples, quantities: Mapping[str, tuple[Quantity, int]], most: int | None = None
+) -> dict[str, Extreme]:
+    """Return the extreme of each quantity over the whole path; `sign` +1 asks for the largest, -1 for the smallest.
+
+    At most so many local extremes are narrowed, or as many as `brackets` returns.
+    """
+    searches = [
+        Search(quantity, sign, brackets(samples, quantity, sign)[:most]) for quantity, sign in quantities.values()
+    ]
     best = {}
     for name, search, found in zip(quantities, searches, narrowed(samples, searches), strict=True):
         values = np.array([search.sign * each.value for each in found])
@@ -129,7 +136,7 @@ def neighbourhood(samples: Samples, index: np.ndarray) -> np.ndarray:
 
 
 def brackets(samples: Samples, quantity: Quantity, sign: int) -> np.ndarray:
-    """Return brackets (m, 3) of the local extremes of a quantity that promise the most, judged by its values at samples."""
+    """Return brackets (m, 3) of the local extremes of a quantity that promise the most, those first, judged by its values at samples."""
     values = sign * _numbers(quantity(samples.jets), sign)
     size = np.abs(values[np.isfinite(values)]).max(initial=0.0)
     if size > 0:

@@ -15,6 +15,7 @@ from gammastar.law.thrust_axis import is_bare
 from gammastar.path.sampling import Place, Samples
 from gammastar.vehicle import Vehicle
 
+FEWER = 8  # local extremes that are narrowed where every value is the root of equations
 ROUNDING = 1e-9  # relative: a value this close to its limit meets it
 DEMANDS = (  # name, unit, field of Demands, sign of the extreme, field of Limits
     ("specific thrust", "m/s^2", "specific_thrust", -1, "specific_thrust"),
@@ -54,7 +55,7 @@ def check_speed(
         return value
 
     floor, rows = limits.floor(vehicle), rows_of(vehicle)
-    found = extremes(samples, {row[0]: (quantity(row[2]), row[3]) for row in rows})
+    found = extremes(samples, {row[0]: (quantity(row[2]), row[3]) for row in rows}, None if is_bare(vehicle) else FEWER)
     samples = samples.with_parameters(np.array([each.parameter for each in found.values()]))
     places = dict(zip(found, findings.places(samples, [each.parameter for each in found.values()]), strict=True))
     allowed = findings.allowed = allowed_speeds(samples, vehicle, progress, limits)

@@ -68,7 +68,7 @@ def allowed_speeds(samples: Samples, vehicle: Vehicle, progress: Progress, limit
         most = limits.tilt_rate, limits.torque, floor, limits.thrust
         chosen = _coarse(samples, progress)
         also = _near_free_fall(unit_derivatives(chosen.jets, progress)[:, 2], hover(vehicle))
-        return _scanned(Scan(chosen, vehicle, progress, *most, BISECTIONS, EXCHANGES, also), floor)
+        return _scanned(Scan(chosen, vehicle, progress, *most, BISECTIONS, EXCHANGES, SHARPEST, also), floor)
     forbidden = _free_fall(samples, vehicle, progress, floor)
     allowed = _complement(forbidden)
     if limits.thrust is not None:
@@ -79,7 +79,9 @@ def allowed_speeds(samples: Samples, vehicle: Vehicle, progress: Progress, limit
         return tuple(speeds)
     scan = Scan(samples, vehicle, progress, limits.tilt_rate, limits.torque)
     if vehicle.rotors is not None:
-        scan = replace(scan, samples=_coarse(samples, progress), bisections=BISECTIONS, exchanges=EXCHANGES)
+        scan = replace(
+            scan, samples=_coarse(samples, progress), bisections=BISECTIONS, exchanges=EXCHANGES, peaks=SHARPEST
+        )
     return tuple(part for each in speeds for part in scan.parts(each))
 
 

@@ -23,7 +23,7 @@ HEADINGS = 8  # over a turn, for the torques of a motion
 FEWER_HEADINGS = 4  # over a turn, where the forces depend on them
 ITERATIONS = 10  # of Newton, which needs three to five
 LONGEST_TURN = 0.5  # [rad] of one iteration
-GROWTH = 8  # steps of the speed from hover
+GROWTH = 5  # steps of the speed from hover
 CONVERGED = 1e-7  # of the acceleration of gravity or of the motion
 SYMMETRIC = 1e-9  # of the force: a difference that is rounding
 

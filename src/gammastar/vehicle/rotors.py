@@ -20,6 +20,7 @@ from gammastar.errors import InputError, ShapeError
 from gammastar.vehicle.wrenches import interval, normals, radius
 
 FEWEST = 4  # thrust and three torques need as many
+ROUNDING = 1e-12  # of the thrust of all rotors
 FULL_RANK = 1e-6  # least singular value of the mixer with rows of unit length
 
 
@@ -230,7 +231,9 @@ class Rotors:
         slabs = ca.DM(normals(columns))
         widths = radius(slabs, ca.DM(columns), ca.DM((most - least) / 2))
         low, high = interval(slabs, widths, -ca.DM(columns @ (most + least) / 2), ca.DM([1, 0, 0, 0]))
-        return float(low) * self.units[0], float(high) * self.units[0]
+        ends = np.array([float(low), float(high)]) * self.units[0]
+        least, most = np.where(np.abs(ends) > ROUNDING * most.sum(), ends, 0.0).tolist()
+        return least, most
 
     @property
     def _lags(self) -> tuple[float, float]:
