@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 if _TYPE_CHECKING:
     from gammastar import errors, so3
-    from gammastar.certificate import Limits, certify
+    from gammastar.certificate import Limits, certify, feasible_profile
     from gammastar.flight import (
         INTEGRATORS,
         Channel,
@@ -103,6 +103,7 @@ __all__ = [
     "curve_from_formula",
     "design",
     "errors",
+    "feasible_profile",
     "fly",
     "implicit_from_formula",
     "load_mission",
@@ -117,7 +118,7 @@ __version__ = "0.1.0"
 
 
 _ROOMS = {  # room -> the public names that it has
-    "certificate": ("Limits", "certify"),
+    "certificate": ("Limits", "certify", "feasible_profile"),
     "flight": (
         *("Channel", "FlightRecord", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise", "Sensors"),
         *("Status", "Wind", "fly"),

@@ -79,6 +79,11 @@ class Profile:
         """Return the speed of the largest magnitude that is asked for."""
         return float(max(np.array(self.points)[:, 1], key=abs))
 
+    @property
+    def slowest(self) -> float:
+        """Return the speed of the smallest magnitude, other than zero, that is asked for."""
+        return float(min((speed for _, speed in np.array(self.points) if speed != 0), key=abs))
+
     def resolved(self, path: Path, start: float) -> Reference:
         """Return the reference of a flight that starts at the path coordinate `start`."""
         table = np.array(self.points)

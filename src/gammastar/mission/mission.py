@@ -17,9 +17,10 @@ from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
 from gammastar.flight.timing import interval_of, timing
-from gammastar.law import AnyReference, Approach, Heading, Law, design
+from gammastar.law import AnyReference, Approach, Heading, Law, Profile, design
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
+from gammastar.mission.references import FeasibleSection
 from gammastar.mission.resolved import resolved, with_paths_written
 from gammastar.mission.sections import YAW_OUTPUTS, MissionFile
 from gammastar.mission.tables import plain, put, written
@@ -155,7 +156,11 @@ class Mission:
         return Mission.from_values, (with_paths_written(self.file, self.file.model_dump(exclude_unset=True)),)
 
     def _certificate(self, path: Path, reference: AnyReference) -> Certificate:
-        return certify(self._law.vehicle, path, reference.fastest, limits=self._limits, frame=self.frame)
+        speed = reference.fastest
+        if reference is self._reference and isinstance(self.file.reference, FeasibleSection):
+            assert isinstance(reference, Profile)
+            speed = reference.slowest  # faster is the profile only where it has been found feasible
+        return certify(self._law.vehicle, path, speed, limits=self._limits, frame=self.frame)
 
     @property
     def _conditions(self) -> dict[str, Any]:
@@ -221,8 +226,11 @@ class Mission:
 
     @functools.cached_property
     def _reference(self) -> AnyReference:
+        section = self.file.reference
         with within("[reference]"):
-            reference: AnyReference = self.file.reference.factory()(**self.file.reference.arguments())
+            if isinstance(section, FeasibleSection):
+                return section.profile(self._law.vehicle, self._law.path, self._limits)
+            reference: AnyReference = section.factory()(**section.arguments())
             return reference
 
     @functools.cached_property
