@@ -53,7 +53,11 @@ def test_the_motion_along_the_profile_keeps_to_the_limits_and_to_mechanics() -> 
     assert search.usage(motion).max() <= 0.9 + 1e-12
     speed = np.linalg.norm(motion[:, 1], axis=1)
     time = np.concatenate([[0], np.cumsum(np.diff(search.places) / ((speed[1:] + speed[:-1]) / 2))])
-    for order, share in ((1, 0.01), (2, 0.02), (3, 0.2)):  # of the largest: differences blur the sharpest changes of the snap
+    for order, share in (
+        (1, 0.01),
+        (2, 0.02),
+        (3, 0.2),
+    ):  # of the largest: differences blur the sharpest changes of the snap
         slope = np.gradient(motion[:, order], time, axis=0)[2:-2]
         assert slope == pytest.approx(motion[2:-2, order + 1], abs=share * np.abs(motion[:, order + 1]).max())
 

@@ -231,3 +231,21 @@ def test_an_autopilot_runs_by_itself() -> None:
         state, command, telemetry = (value.full().ravel() for value in step(state, measurement, 0.002 * k, reference))
     assert command == pytest.approx(np.full(4, np.sqrt(0.5 * G / 4 / 5.57e-6)), rel=1e-9)
     assert telemetry[6] == 0
+
+
+@pytest.mark.parametrize("interface", ["wrench", "rates"])
+def test_an_observer_learns_nothing_from_a_start_that_is_as_modelled(interface: str) -> None:
+    """Begun with the exact motion of circling, thrust m (g e3 - a) along b3 and Omega = b3 x b3', nothing unknown is found.
+
+    The first step must not take the acceleration at the start for a disturbance.
+    """
+    rate = 0.4 * np.pi
+    pull = IDEAL.mass * np.array([rate**2, 0.0, G])
+    axis = pull / np.linalg.norm(pull)
+    lean = so3.pitch(np.degrees(np.arctan2(axis[0], axis[2])))
+    turning = lean.T @ np.cross(axis, np.cross([0.0, 0.0, rate], axis))
+    start = State((1.0, 0.0, 0.0), (0.0, rate, 0.0), lean, turning, float(np.linalg.norm(pull)))
+    law = design(IDEAL, CIRCLE, -6, rejection=Observer(), interface=interface)
+    record = fly(law, start, speed=rate, duration=1.0)
+    assert record.distance.max() < 1e-6
+    assert np.abs(record.autopilot.unknown[:, :3]).max() < 1e-5

@@ -111,7 +111,7 @@ class Autopilot:
 
     def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
         """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
-        law, wrench = self.law, np.array([state[18], 0.0, 0.0, 0.0])
+        law, wrench, before = self.law, np.array([state[18], 0.0, 0.0, 0.0]), self._before(state)
         parts = {
             "parameter": [parameter],
             "waiting": [float(self.guidance.starts_waiting(state, parameter))],
@@ -119,8 +119,8 @@ class Autopilot:
             "held": wrench,
             "actuation": self.actuation.start(state[18]),
             "history": np.tile(wrench, self.pending + 1),
-            "rejection": [] if law.rejection is None else law.rejection.start(state[3:6], state[15:18]),
-            "estimate": self._first_estimate(state),
+            "rejection": [] if law.rejection is None else law.rejection.start(before[3:6], before[15:18]),
+            "estimate": self._first_estimate(before),
         }
         return np.concatenate([np.asarray(parts[name], dtype=float) for name in self.sizes])
 
@@ -129,6 +129,22 @@ class Autopilot:
         if self.law.estimator is None:
             return np.empty(0)
         return self.law.estimator.start(state[:3], state[3:6], so3.unstack(state[6:15]), state[15:18])
+
+    def _before(self, state: np.ndarray) -> np.ndarray:
+        """Return the motion (18,) an interval before a stacked state (20,), from where the first step leads estimates to it."""
+
+        def build() -> Any:
+            motion, thrust, h = ca.SX.sym("motion", 18), ca.SX.sym("thrust"), self.interval
+            position, velocity, attitude, rates = ca.vertsplit(motion, [0, 3, 6, 15, 18])
+            wrench = ca.vertcat(thrust, 0, 0, 0)
+            acceleration, turning = self._meanwhile(velocity, so3.unstack(attitude), rates, wrench)
+            earlier = position - h * velocity + h**2 / 2 * acceleration, velocity - h * acceleration
+            turned = so3.unstack(attitude) @ so3.exp(-h * (rates - h / 2 * turning))
+            parts = ca.vertcat(*earlier, so3.stack(turned), rates - h * turning)
+            return ca.Function("before", [motion, thrust], [ca.densify(parts)])
+
+        key = ("before", self.vehicle.signature, self.law.interface, self.interval)
+        return np.asarray(engine.compiled(key, build)(state[:18], state[18]).full()[:, 0])
 
     @property
     def thrust_range(self) -> tuple[float, float]:
@@ -224,17 +240,22 @@ class Autopilot:
         rejection = self.law.rejection
         if rejection is None:
             return ca.SX(0, 1), Unknown()
-        middle = told.attitude @ so3.exp(-told.angular_velocity * self.interval / 2)
-        rates = told.angular_velocity - self.interval / 2 * self.lookahead.turning(
-            told.angular_velocity, wrench, Unknown()
-        )
-        acceleration, turning = self.lookahead.accelerations(told.velocity, middle, rates, wrench, Unknown())
+        acceleration, turning = self._meanwhile(told.velocity, told.attitude, told.angular_velocity, wrench)
         error = told.position - self.law.path.foot(told.position, place)
         memory = rejection.advanced(
             *(now["rejection"], measured.velocity, measured.angular_velocity, acceleration, turning),
             *(self.interval, error, (measured.fresh[1], measured.fresh[3])),
         )
         return memory, rejection.unknown(memory)
+
+    def _meanwhile(self, velocity: Any, attitude: Any, angular_velocity: Any, wrench: Any) -> tuple[Any, Any]:
+        """Graph: return what the model did in the mean of the interval that ends with this motion, under a wrench SX (4,).
+
+        The acceleration SX (3,), world, and the angular acceleration SX (3,), body.
+        """
+        middle = attitude @ so3.exp(-angular_velocity * self.interval / 2)
+        rates = angular_velocity - self.interval / 2 * self.lookahead.turning(angular_velocity, wrench, Unknown())
+        return self.lookahead.accelerations(velocity, middle, rates, wrench, Unknown())
 
     def _predicted(
         self, now: dict[str, Any], told: Measurement, history: list[Any], unknown: Unknown
