@@ -75,7 +75,7 @@ def test_flights_stay_in_the_predicted_band(kind: str) -> None:
     band = noise_band(law, START, sensors=sensors, after=1.0, **arguments)
     without = gs.fly(law, START, sensors=gs.Sensors(*(gs.Channel(rate=100) for _ in range(4))), **arguments)
     late = without.time >= 2.0
-    radial, height, inside, distances = [], [], [], []
+    radial, height, inside, distances, speeds = [], [], [], [], []
     rows = band.time >= 2.0
     for seed in range(16):
         record = gs.fly(law, START, sensors=sensors, seed=seed, **arguments)
@@ -85,11 +85,16 @@ def test_flights_stay_in_the_predicted_band(kind: str) -> None:
         height.append(away[:, 2])
         inside.append(np.linalg.norm(across, axis=1) < band.bound()[rows])
         distances.append(record.distance[late])
+        speeds.append((record.autopilot.rotor_speeds - without.autopilot.rotor_speeds)[late])
     predicted = np.sqrt(band.variances[rows].sum(axis=1).mean())
     assert np.sqrt(np.mean(np.sum(np.square(radial), axis=2))) == pytest.approx(predicted, rel=0.15)
     assert np.std(height) == pytest.approx(np.sqrt(np.mean(band.deviations[rows, 2] ** 2)), rel=0.15)
     assert np.sqrt(np.mean(np.square(distances))) == pytest.approx(band.over(2.0), rel=0.15)
     assert np.mean(inside) > 0.99
+    assert band.is_linear
+    room = np.mean(without.autopilot.rotor_speeds[late])  # the nearer limit is standstill
+    spread = np.sqrt(np.mean((room / band.saturation[rows]) ** 2))
+    assert spread == pytest.approx(np.std(speeds), rel=0.2)
 
 
 def test_the_band_is_as_wide_as_the_noise() -> None:
@@ -104,11 +109,26 @@ def test_the_band_is_as_wide_as_the_noise() -> None:
     assert np.all(quiet.bound() == 0)
 
 
-def test_reusing_derivatives_changes_nothing_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
-    arguments = {"speed": 1.0, "duration": 1.0, "after": 0.5, "rate": 100.0, "step": 1e-2}
-    reused = noise_band(law_with("raw"), START, sensors=scaled(0.01), **arguments)
+def test_noise_that_drives_rotors_to_their_limits_is_told() -> None:
+    arguments = {"speed": 1.0, "duration": 1.0, "after": 0.5, "rate": 200.0, "step": 5e-3}
+    assert noise_band(law_with("raw"), START, sensors=scaled(0.02), **arguments).is_linear
+    loud = noise_band(law_with("raw"), START, sensors=scaled(20.0), **arguments)
+    assert not loud.is_linear
+    assert loud.saturation[-1] < 5
+    free = gs.design(gs.Vehicle(0.5, (3e-3, 3e-3, 6e-3)), CIRCLE, poles=-5.0)
+    assert np.all(np.isinf(noise_band(free, START, sensors=scaled(20.0), **arguments).saturation))
+
+
+@pytest.mark.parametrize("kind", ["raw", "filter"])
+def test_reusing_derivatives_changes_nothing_that_matters(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also not for a filter whose position is fresh ten times a second only, and whose gains change in between."""
+    sensors = gs.Sensors(
+        *(gs.Channel(size, rate=rate) for size, rate in ((1e-3, 10), (1e-3, 10), (1e-4, 50), (1e-3, 50)))
+    )
+    arguments = {"speed": 1.0, "duration": 1.5, "after": 0.5, "rate": 100.0, "step": 1e-2, "sensors": sensors}
+    reused = noise_band(law_with(kind), START, **arguments)
     monkeypatch.setattr("gammastar.flight.band.REUSED", 0.0)
-    anew = noise_band(law_with("raw"), START, sensors=scaled(0.01), **arguments)
+    anew = noise_band(law_with(kind), START, **arguments)
     assert reused.root_mean_square == pytest.approx(anew.root_mean_square, rel=0.01)
 
 

@@ -30,9 +30,10 @@ from gammastar.path import ParametricPath
 from gammastar.vehicle import State, Vehicle
 
 STEP = 1e-7  # relative, of forward differences: their error, and that of rounding, is of this size
-REUSED = 0.05  # [s] for which derivatives are taken again where the same axes are fresh; the motion hardly turns in it
+REUSED = 0.05  # [s] for which derivatives serve again where the same axes are fresh: hardly a turn, nor a change of a filter's gains
 NODES = 100  # of the quadrature over one axis across the path
 LONGEST, HALVINGS = 16.0, 45  # deviations within which a bound is sought, and how often the interval is halved
+LINEAR = 5.0  # deviations of a rotor's speed: some rotor at some instant of many seconds is four off, and every saturation costs
 COVERED = 0.9973  # share of a normal variable within three standard deviations
 
 
@@ -44,6 +45,9 @@ class Band:
     nominal: np.ndarray  # (n,) [m], distance to the path without noise
     covariance: np.ndarray  # (n, 3, 3) [m^2] of the position, world
     across: np.ndarray  # (n, 3, 3), projector onto the plane across the path
+    saturation: (
+        np.ndarray
+    )  # (n,): deviations of its speed by which the nearest rotor is off a limit; infinite without rotors
 
     @property
     def deviations(self) -> np.ndarray:
@@ -55,6 +59,11 @@ class Band:
         """Return the principal variances (n, 2) [m^2] across the path, the larger one first."""
         flat = self.across @ self.covariance @ self.across
         return np.asarray(np.maximum(np.linalg.eigvalsh(flat)[:, :0:-1], 0))
+
+    @property
+    def is_linear(self) -> bool:
+        """Return whether the band is to be believed: every rotor stays five deviations off its limits, all the time."""
+        return bool(np.all(self.saturation >= LINEAR))
 
     @property
     def root_mean_square(self) -> np.ndarray:
@@ -87,8 +96,8 @@ def noise_band(
 ) -> Band:
     """Return the band in which noise keeps a flight about the one without noise; arguments as of `fly`.
 
-    Linear theory: valid while noise is small beside what makes the loop nonlinear, such as the limits of rotors.  No sample counts as
-    lost; biases belong to the flight without noise.
+    Linear theory: valid while noise is small beside what makes the loop nonlinear.  Limits of rotors come first, and `is_linear` tells
+    whether noise reaches them.  No sample counts as lost; biases belong to the flight without noise.
 
     Args:
         sensors: Whose noise it is.
@@ -120,11 +129,13 @@ def noise_band(
         raise InputError(
             "the flight without noise must last (got NaN or infinity on the way); fly it without sensors first"
         )
-    covariances = _covariances(loop, states[:, : steps + 1], outside(0, steps + 1), begin)
-    tangents = law.path.jets(states[loop.plant.size, begin : steps + 1])[:, 1]
+    states = states[:, : steps + 1]
+    position, rotor_speeds = _covariances(loop, states, outside(0, steps + 1), begin)
+    tangents = law.path.jets(states[loop.plant.size, begin:])[:, 1]
     tangents = tangents / np.linalg.norm(tangents, axis=1)[:, None]
     across = np.eye(3) - tangents[:, :, None] * tangents[:, None, :]
-    return Band(times[begin:], rows["distance"][begin:], covariances, across)
+    saturation = _saturation(loop, states[:, begin:], rotor_speeds)
+    return Band(times[begin:], rows["distance"][begin:], position, across, saturation)
 
 
 def _quiet(loop: AutopilotLoop, count: int) -> np.ndarray:
@@ -137,20 +148,32 @@ def _quiet(loop: AutopilotLoop, count: int) -> np.ndarray:
     return samples
 
 
-def _covariances(loop: AutopilotLoop, states: np.ndarray, outside: np.ndarray, begin: int) -> np.ndarray:
-    """Return the covariances (n, 3, 3) of the position in the rows from `begin` on, where noise sets in."""
+def _saturation(loop: AutopilotLoop, states: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return by how many deviations (n,) the speed of the nearest rotor is off its limits, from states (m, n) and variances (n, rotors)."""
+    rotors = loop.plant.rotors
+    if rotors is None:
+        return np.full(len(variances), np.inf)
+    speeds = states[MOTION : MOTION + rotors.count].T
+    room = np.minimum(speeds - rotors.slowest, rotors.fastest - speeds)
+    return np.asarray(np.min(room / np.sqrt(np.maximum(variances, np.finfo(float).tiny)), axis=1))
+
+
+def _covariances(
+    loop: AutopilotLoop, states: np.ndarray, outside: np.ndarray, begin: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the covariances (n, 3, 3) of the position and variances (n, rotors) of speeds from row `begin` on, where noise sets in."""
     step, kept = loop.step(), _kept(loop)
     errors = [4 + 6 * channel + axis for channel in range(4) for axis in range(3)]  # rows of what comes from outside
     flags = [row + 3 for row in errors]
     deviations = np.concatenate([np.asarray(channel.deviation) for channel in loop.sensors.channels])
     known: dict[bytes, tuple[int, Any, np.ndarray]] = {}
     P = np.zeros((len(kept), len(kept)))
-    found = [P[:3, :3]]
+    rotors = slice(MOTION, MOTION + loop.plant.rotor_count)
+    found, speeds = [P[:3, :3]], [np.diag(P)[rotors]]
     for k in range(begin, states.shape[1] - 1):
         fresh = outside[flags, k]
-        lasting = loop.law.estimator is None or not fresh.any()  # a filter's gains change from sample to sample
         taken, A, B = known.get(fresh.tobytes(), (-1, P, P))
-        if taken < 0 or not lasting or (k - taken) * loop.interval > REUSED:
+        if taken < 0 or (k - taken) * loop.interval > REUSED:
             at = states[:, k], outside[:, k]
             A = scipy.sparse.csr_array(_derivative(step, at, kept, 0)[kept])
             used = [row for row, new, deviation in zip(errors, fresh, deviations, strict=True) if new * deviation > 0]
@@ -159,7 +182,8 @@ def _covariances(loop: AutopilotLoop, states: np.ndarray, outside: np.ndarray, b
             known[fresh.tobytes()] = (k, A, B)
         P = A @ (A @ P).T + B @ B.T  # P is symmetric
         found.append(P[:3, :3])
-    return np.array(found)
+        speeds.append(np.diag(P)[rotors])
+    return np.array(found), np.array(speeds)
 
 
 def _kept(loop: AutopilotLoop) -> np.ndarray:
