@@ -16,13 +16,14 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from gammastar import engine, so3
+from gammastar import engine
 from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
 from gammastar.law.approach import FLOOR_SHARE
+from gammastar.law.belief import Belief
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.law import Law
-from gammastar.law.lookahead import Lookahead, ahead
+from gammastar.law.lookahead import ahead
 from gammastar.law.measurement import SIZE as MEASUREMENT_SIZE
 from gammastar.law.measurement import Measurement, split_measurement
 from gammastar.law.piecewise import DATA_SIZE
@@ -70,9 +71,9 @@ class Autopilot:
         return actuation_of(self.law.vehicle, self.law.interface)
 
     @property
-    def lookahead(self) -> Lookahead:
-        """Return the vehicle as it is believed to move."""
-        return Lookahead(self.vehicle, self.law.interface)
+    def belief(self) -> Belief:
+        """Return how it comes to know its motion and what is unknown."""
+        return Belief(self.law, self.interval)
 
     @functools.cached_property
     def thrust_states(self) -> ThrustStates:
@@ -111,7 +112,8 @@ class Autopilot:
 
     def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
         """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
-        law, wrench, before = self.law, np.array([state[18], 0.0, 0.0, 0.0]), self._before(state)
+        wrench = np.array([state[18], 0.0, 0.0, 0.0])
+        rejection, estimate = self.belief.start(state)
         parts = {
             "parameter": [parameter],
             "waiting": [float(self.guidance.starts_waiting(state, parameter))],
@@ -119,32 +121,10 @@ class Autopilot:
             "held": wrench,
             "actuation": self.actuation.start(state[18]),
             "history": np.tile(wrench, self.pending + 1),
-            "rejection": [] if law.rejection is None else law.rejection.start(before[3:6], before[15:18]),
-            "estimate": self._first_estimate(before),
+            "rejection": rejection,
+            "estimate": estimate,
         }
         return np.concatenate([np.asarray(parts[name], dtype=float) for name in self.sizes])
-
-    def _first_estimate(self, state: np.ndarray) -> np.ndarray:
-        """Return the first memory of the estimator; nothing without one."""
-        if self.law.estimator is None:
-            return np.empty(0)
-        return self.law.estimator.start(state[:3], state[3:6], so3.unstack(state[6:15]), state[15:18])
-
-    def _before(self, state: np.ndarray) -> np.ndarray:
-        """Return the motion (18,) an interval before a stacked state (20,), from where the first step leads estimates to it."""
-
-        def build() -> Any:
-            motion, thrust, h = ca.SX.sym("motion", 18), ca.SX.sym("thrust"), self.interval
-            position, velocity, attitude, rates = ca.vertsplit(motion, [0, 3, 6, 15, 18])
-            wrench = ca.vertcat(thrust, 0, 0, 0)
-            acceleration, turning = self._meanwhile(velocity, so3.unstack(attitude), rates, wrench)
-            earlier = position - h * velocity + h**2 / 2 * acceleration, velocity - h * acceleration
-            turned = so3.unstack(attitude) @ so3.exp(-h * (rates - h / 2 * turning))
-            parts = ca.vertcat(*earlier, so3.stack(turned), rates - h * turning)
-            return ca.Function("before", [motion, thrust], [ca.densify(parts)])
-
-        key = ("before", self.vehicle.signature, self.law.interface, self.interval)
-        return np.asarray(engine.compiled(key, build)(state[:18], state[18]).full()[:, 0])
 
     @property
     def thrust_range(self) -> tuple[float, float]:
@@ -162,10 +142,12 @@ class Autopilot:
         path = self.law.path
         history = ca.horzsplit(ca.reshape(now["history"], 4, self.pending + 1))
         measured = split_measurement(measurement)
-        told, estimate = self._estimated(now, measured, history[0])
+        told, estimate = self.belief.estimated(now["estimate"], now["rejection"], measured, history[0])
         at_place = path.track(told.position, ca.vertcat(now["parameter"], around.path))
         place = ca.if_else(now["waiting"], now["parameter"], at_place)
-        rejection, unknown = self._rejected(now, told, measured, history[0], ca.vertcat(place, around.path))
+        rejection, unknown = self.belief.rejected(
+            now["rejection"], told, measured, history[0], ca.vertcat(place, around.path)
+        )
         seen, later = self._predicted(now, told, history, unknown)
         tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
         parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
@@ -215,48 +197,6 @@ class Autopilot:
         """Return the time [s] from a measurement to when its command is felt, in the mean."""
         return self.pending * self.interval + self.actuation.delay(self.interval) if self.predicts else 0.0
 
-    def _estimated(self, now: dict[str, Any], told: Measurement, wrench: Any) -> tuple[Measurement, Any]:
-        """Graph: return the motion that the law is to believe in, and the next memory of the estimator; as measured without one."""
-        estimator = self.law.estimator
-        if estimator is None:
-            return told, ca.SX(0, 1)
-        _, _, attitude, rates = estimator.estimate(now["estimate"])
-        unknown = Unknown() if self.law.rejection is None else self.law.rejection.unknown(now["rejection"])
-        middle = attitude @ so3.exp(rates * self.interval / 2)
-        velocity = estimator.estimate(now["estimate"])[1]
-        acceleration, turning = self.lookahead.accelerations(velocity, middle, rates, wrench, unknown)
-        estimate = estimator.advanced(now["estimate"], told, acceleration, turning, self.interval)
-        position, velocity, attitude, rates = estimator.estimate(estimate)
-        return Measurement(position, velocity, attitude, rates, ca.SX.ones(4)), estimate
-
-    def _rejected(
-        self, now: dict[str, Any], told: Measurement, measured: Measurement, wrench: Any, place: Any
-    ) -> tuple[Any, Unknown]:
-        """Graph: return the next memory of the observer, and what it says; nothing without one.
-
-        It is driven by the samples themselves: an estimate moves with the unknown that it is told, so an observer of an estimate
-        would confirm itself between two samples, and see each of them as a jump within one interval.
-        """
-        rejection = self.law.rejection
-        if rejection is None:
-            return ca.SX(0, 1), Unknown()
-        acceleration, turning = self._meanwhile(told.velocity, told.attitude, told.angular_velocity, wrench)
-        error = told.position - self.law.path.foot(told.position, place)
-        memory = rejection.advanced(
-            *(now["rejection"], measured.velocity, measured.angular_velocity, acceleration, turning),
-            *(self.interval, error, (measured.fresh[1], measured.fresh[3])),
-        )
-        return memory, rejection.unknown(memory)
-
-    def _meanwhile(self, velocity: Any, attitude: Any, angular_velocity: Any, wrench: Any) -> tuple[Any, Any]:
-        """Graph: return what the model did in the mean of the interval that ends with this motion, under a wrench SX (4,).
-
-        The acceleration SX (3,), world, and the angular acceleration SX (3,), body.
-        """
-        middle = attitude @ so3.exp(-angular_velocity * self.interval / 2)
-        rates = angular_velocity - self.interval / 2 * self.lookahead.turning(angular_velocity, wrench, Unknown())
-        return self.lookahead.accelerations(velocity, middle, rates, wrench, Unknown())
-
     def _predicted(
         self, now: dict[str, Any], told: Measurement, history: list[Any], unknown: Unknown
     ) -> tuple[StateGraph, Unknown]:
@@ -269,11 +209,11 @@ class Autopilot:
         if not self.predicts:
             return moved, unknown
         for k, wrench in enumerate(history[1:]):
-            moved = self.lookahead.moved(moved, wrench, wrench, self.interval, ahead(unknown, k * self.interval))
+            moved = self.belief.lookahead.moved(moved, wrench, wrench, self.interval, ahead(unknown, k * self.interval))
         first = self.actuation.now(now["actuation"], now["held"])
         last = ca.vertcat(zeta1, now["held"][1:])
         waited, delay = self.pending * self.interval, self.actuation.delay(self.interval)
-        moved = self.lookahead.moved(moved, first, last, delay, ahead(unknown, waited))
+        moved = self.belief.lookahead.moved(moved, first, last, delay, ahead(unknown, waited))
         return moved, ahead(unknown, waited + delay)
 
     def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any]:
