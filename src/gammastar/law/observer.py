@@ -177,7 +177,7 @@ class IntegralAction:
     With i' = g e the chains of the transverse outputs become e^(5) + k_4 e^(4) + ... + k_1 e' + g e = 0, and g is such that `pole` is a
     root: g = pole times the product of (pole - p_i) over the law's poles p_i (their number is even).  The error across goes to zero
     under any steady disturbance as long as the directions across stay: on a straight path, or where the vehicle holds.  On a bent
-    one a steady force turns against the path and what is left grows with the rate of turning; the observer has no such limit.
+    one a steady force turns against the path, and an error is left; the observer has no such limit.
 
     Raises:
         PoleError: The pole is not finite or positive, or so fast that the integral would make another one slower than it.
