@@ -35,7 +35,7 @@ def fly(ratio: float, seed: int) -> tuple[str, float, float]:
     point = path.points(np.array([generator.uniform(0, 2 * np.pi)]))[0]
     start = gs.State(point + ball(generator, 5.0), attitude=gs.so3.random(generator))
     law = gs.design(vehicle(ratio), path, POLES, approach=gs.Approach(speed=2.0))
-    flight = gs.fly(law, start, speed=1.0, duration=12.0, rate=500.0, step=2e-3)
+    flight = gs.fly(law, start, speed=1.0, duration=9.0, rate=500.0, step=2e-3)
     beyond = float(flight.distance.max() - flight.distance[0])
     if not flight.completed:
         return f"{flight.status.name.lower()} at {flight.status_time:.2f} s", beyond, np.nan

@@ -3,7 +3,7 @@
 (state, what is measured, time, data of path and reference) -> (next state, command, telemetry).  In their order: the estimator, the
 observer of what is unknown, the state predicted to when the command will be felt, the law there, the allocation, the thrust states.
 
-The two thrust states zeta1, zeta2 are the law's own.  Where the rotors give another thrust than zeta1, zeta1 becomes what they give, so
+The two thrust states zeta1, zeta2 are the law's own.  Where the rotors give another thrust than zeta1, zeta1 takes to what they give, so
 it does not wind up.
 """
 

@@ -16,6 +16,7 @@ import numpy as np
 from gammastar.law.approach import FLOOR_POLE
 
 SIZE = 3  # zeta1 [N], zeta2 [N/s], and the derivative of the last of them that was asked for
+TRACKING = 100.0  # [1/s] at which zeta1 takes to what the rotors give; at once, law and limits would swing from interval to interval
 NO_BOUND = 1e30  # of that derivative, where nothing limits the thrust
 
 
@@ -59,7 +60,8 @@ class ThrustStates:
             zeta1 = memory[0] + self.interval * derivative
             return ca.vertcat(self._limited(zeta1), derivative, 0)
         zeta2 = memory[1] + self.interval * derivative
-        return ca.vertcat(self._limited(thrust + self.interval * zeta2), zeta2, derivative)
+        taken = memory[0] + -np.expm1(-TRACKING * self.interval) * (thrust - memory[0])
+        return ca.vertcat(self._limited(taken + self.interval * zeta2), zeta2, derivative)
 
     def _limited(self, thrust: Any) -> Any:
         return ca.fmin(ca.fmax(thrust, self.least), self.most)
