@@ -29,7 +29,7 @@ START = gs.State((1.0, 0.0, 0.0), (0.0, SPEED, 0.0))
 def main() -> None:
     """Print the table of bandwidths, and the best of each path of the measurements."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=4, help="flights for each pair of bandwidths")
+    parser.add_argument("--seeds", type=int, default=12, help="flights for each pair of bandwidths")
     parser.add_argument("--poles", type=float, default=-6.0, help="all poles of the law [1/s]")
     chosen = parser.parse_args()
     print(machine.describe())

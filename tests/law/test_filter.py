@@ -263,6 +263,14 @@ def test_the_covariance_stays_positive(masks: list[int], deviation: float) -> No
         assert np.linalg.eigvalsh(scale[:, None] * P * scale).min() > 0
 
 
+def test_filters_of_one_kind_are_one() -> None:
+    """A law's graph is compiled once for all equal filters."""
+    made = [KalmanFilter(np.array([0.02, 0.03, 0.01]), 0.05, (0.01, 0.02, 0.03), 0.1) for _ in range(2)]
+    assert made[0] == made[1] == FREE
+    assert hash(made[0]) == hash(made[1])
+    assert made[0] != FILTER
+
+
 def test_the_parts_of_an_estimate_are_named() -> None:
     R = so3.exp([0.1, -0.4, 0.9])
     start = FILTER.start((1, 2, 3), (4, 5, 6), R, (7, 8, 9), np.arange(1.0, 13.0))

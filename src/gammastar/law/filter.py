@@ -34,7 +34,7 @@ class Motion(NamedTuple):
     angular_velocity: Any  # SX (3,) [rad/s], body
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class KalmanFilter:
     """Deviations of the sensors and densities of what the model does not know; the estimate itself is kept by the controller.
 
@@ -65,7 +65,9 @@ class KalmanFilter:
                 raise InputError(
                     f"deviation of {name} in a filter must be positive (got {values.tolist()}); give what one sample of the sensor has"
                 )
-            object.__setattr__(self, name, values)
+            object.__setattr__(
+                self, name, tuple(values.tolist())
+            )  # filters of one kind are equal: one graph serves them
         for name, unit in (("acceleration_density", "m^2/s^3"), ("angular_density", "rad^2/s^3")):
             object.__setattr__(self, name, magnitude(getattr(self, name), f"{name} [{unit}]", above=0))
         if self.gravity is not None:
