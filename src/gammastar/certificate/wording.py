@@ -48,7 +48,10 @@ def meeting(approach: Approach, first: Place, second: Place) -> str:
 def saturated(share: float, place: Place, stretches: list[tuple[Place, Place]], remedy: str) -> str:
     """Return why a speed at which the rotors cannot give the wrench on the way is refused."""
     got = f"{share:.4g} of their range" if math.isfinite(share) else "no bound"
-    return f"rotors must be able to give the thrust and torque (got {got} at {place}; beyond it {_where(stretches)}); {remedy}"
+    return (
+        f"rotors must be able to give the thrust and torque (got {got} at {place}; beyond it {_where(stretches)}); {remedy}, "
+        "or ask for a feasible profile of the speed, which slows down there"
+    )
 
 
 def falling(

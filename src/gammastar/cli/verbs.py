@@ -75,7 +75,8 @@ def fly(
             out, file_names(figures, autopilot=True), None if name in mission.names() else Path(name)
         )
         require_libraries(figures)
-    certificate = brief(chosen.certificates())
+    with output.progress("certifying"):
+        certificate = brief(chosen.certificates())
     if not certificate["flyable"]:
         reason = certificate["reasons"][0]
         if not force:
@@ -108,7 +109,8 @@ def check(
     target = None if out is None else report.chosen_target(out)
     try:
         chosen = _mission(name, changes)
-        certificates = chosen.certificates()
+        with output.progress("certifying"):
+            certificates = chosen.certificates()
     except PathError as error:
         output.no_certificate(str(error), as_json)
         return 1
