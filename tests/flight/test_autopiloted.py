@@ -214,6 +214,10 @@ def test_an_autopilot_needs_samples_and_says_so() -> None:
         flown(QUADROTOR, truth=IDEAL)
     with pytest.raises(errors.InputError, match="noise or sensors"):
         flown(QUADROTOR, noise=SensorNoise(), sensors=Sensors())
+    with pytest.raises(errors.InputError, match="latency must be at most 100 control intervals"):
+        flown(dataclasses.replace(QUADROTOR, latency=10.0))
+    with pytest.raises(errors.InputError, match="rate bandwidth must be at most 500 rad/s"):
+        fly(design(dataclasses.replace(IDEAL, rate_bandwidth=1e9), CIRCLE, -3, interface="rates"), START, speed=1.0)
     with pytest.raises(errors.InputError, match="wind must be a Wind"):
         flown(QUADROTOR, wind=(3, 0, 0))
 

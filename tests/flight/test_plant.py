@@ -102,3 +102,15 @@ def test_more_integration_steps_change_next_to_nothing() -> None:
     errors = [np.abs(result - results[-1])[:MOTION].max() for result in results[:-1]]
     assert errors[0] / errors[1] > 12
     assert errors[1] / errors[2] > 12
+
+
+def test_a_lag_shorter_than_any_step_is_no_lag() -> None:
+    """The speeds are known exactly, so nothing becomes stiff: from a lag of a nanosecond to none nothing changes."""
+    results = []
+    for lag in (1e-9, 0.0):
+        of = plant(dataclasses.replace(BODY, rotors=dataclasses.replace(ROTORS, lag=lag)), substeps=1)
+        command = np.array([700.0, 720.0, 740.0, 730.0])
+        start = of.start(moving())
+        start[MOTION:] = command
+        results.append(stepped(of)(start, command, np.zeros(3)).full().ravel())
+    assert results[0] == pytest.approx(results[1], abs=1e-12)

@@ -105,6 +105,13 @@ class Conditions:
             raise InputError(
                 "the vehicle that flies must take the commands of the one believed in (got other rotors); give both as many rotors"
             )
+        if law.interface == "rates":
+            for vehicle in (law.vehicle, truth):
+                if vehicle.rate_bandwidth * interval > 1:
+                    raise InputError(
+                        f"the rate bandwidth must be at most {1 / interval:g} rad/s at this control rate (got {vehicle.rate_bandwidth:g}); "
+                        "an inner loop that is faster cannot be told from one of that bandwidth, so give it"
+                    )
         plant = Plant(truth, interval, substeps, method, law.interface)
         return AutopilotLoop(Autopilot(guidance, interval, feedback == "middle"), plant, self._sensors(), self.wind)
 

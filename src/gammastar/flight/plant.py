@@ -102,30 +102,41 @@ class Plant:
     def step(self, state: Any, command: Any, wind: Any) -> Any:
         """Graph: return the state SX (size,) after an interval in steady wind SX (3,) [m/s], when a command is given at its start."""
         acting, attitude = self.acting(state, command), ca.reshape(state[6:15], 3, 3)
-        symbols = [ca.SX.sym("attitude", 3, 3), ca.SX.sym("euclidean", 9 + self.rotor_count)]
-        constants = [ca.SX.sym("command", self.command_size), ca.SX.sym("wind", 3)]
+        symbols = [ca.SX.sym("attitude", 3, 3), ca.SX.sym("euclidean", 9)]
+        constants = [
+            ca.SX.sym("speeds", self.rotor_count),
+            ca.SX.sym("command", self.command_size),
+            ca.SX.sym("wind", 3),
+        ]
+        length = self.interval / self.substeps
 
-        def field(_: Any, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
-            return self._field(attitude, euclidean, *constants)
+        def field(now: float, attitude: Any, euclidean: Any) -> tuple[Any, Any]:
+            speeds, command, wind = constants
+            return self._field(attitude, euclidean, self._followed(speeds, command, now), command, wind)
 
-        moved = self.integrator.advance(field, 0.0, symbols[0], symbols[1], self.interval / self.substeps)
-        substep = ca.Function("substep", [*symbols, *constants], ca.cse(list(moved)))
-        euclidean = ca.vertcat(state[0:6], state[15:MOTION], self.speeds(state, acting))
+        moved = self.integrator.advance(field, 0.0, symbols[0], symbols[1], length)
+        results = [*moved, self._followed(constants[0], constants[1], length)]
+        substep = ca.Function("substep", [*symbols, *constants], ca.cse(results))
+        euclidean, speeds = ca.vertcat(state[0:6], state[15:MOTION]), self.speeds(state, acting)
         for _ in range(self.substeps):
-            attitude, euclidean = substep(attitude, euclidean, acting, wind)
+            attitude, euclidean, speeds = substep(attitude, euclidean, speeds, acting, wind)
         queue = ca.vertcat(state[MOTION + self.rotor_count :], command)[self.command_size :]
-        return ca.vertcat(euclidean[:6], ca.vec(attitude), euclidean[6:], queue if self.pending else ca.SX(0, 1))
+        pending = queue if self.pending else ca.SX(0, 1)
+        return ca.vertcat(euclidean[:6], ca.vec(attitude), euclidean[6:], speeds, pending)
 
-    def _field(self, attitude: Any, euclidean: Any, command: Any, wind: Any) -> tuple[Any, Any]:
-        """Graph: return the body rates, and the rates of everything but the attitude."""
-        velocity, rates, speeds = euclidean[3:6], euclidean[6:9], euclidean[9:]
-        rotors = self.rotors
-        wrench = command if rotors is None else rotors.wrench(rotors.thrusts(speeds))
+    def _field(self, attitude: Any, euclidean: Any, speeds: Any, command: Any, wind: Any) -> tuple[Any, Any]:
+        """Graph: return the body rates, and the rates of everything but the attitude and the rotors."""
+        velocity, rates = euclidean[3:6], euclidean[6:9]
+        wrench = command if self.rotors is None else self.rotors.wrench(self.rotors.thrusts(speeds))
         state = StateGraph(euclidean[0:3], velocity, attitude, rates, wrench[0], ca.SX(0))
         acceleration = self.vehicle.acceleration(state, wind=wind)
         by_rates = self.interface == "rates"
         turning = self._following(rates, command) if by_rates else self.vehicle.angular_acceleration(rates, wrench[1:])
-        return rates, ca.vertcat(velocity, acceleration, turning, self._speed_rates(speeds, command))
+        return rates, ca.vertcat(velocity, acceleration, turning)
+
+    def _followed(self, speeds: Any, command: Any, time: float) -> Any:
+        """Graph: return the rotor speeds SX (n,) [rad/s] a time [s] into a held command: known exactly, however short the lag."""
+        return speeds if self.rotors is None else self.rotors.advanced(speeds, command, time)
 
     def _speed_rates(self, speeds: Any, command: Any) -> Any:
         """Graph: return the rates of the rotor speeds SX (n,) [rad/s^2], zero where there is no lag."""

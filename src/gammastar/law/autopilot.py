@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
+from gammastar.errors import InputError
 from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
 from gammastar.law.approach import FLOOR_SHARE
@@ -33,6 +34,7 @@ from gammastar.law.thrust_states import ThrustStates
 from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
+MOST_PENDING = 100  # control intervals of latency; the law looks ahead through every one of them
 TELEMETRY = {"input": 4, "waiting": 1, "constrained": 1, "given_up": 1, "unknown": 12, "position": 3}
 TELEMETRY_SIZE = sum(TELEMETRY.values())
 
@@ -261,5 +263,13 @@ class Autopilot:
 
 
 def pending_intervals(latency: float, interval: float) -> int:
-    """Return how many whole control intervals a latency [s] takes, rounded up."""
+    """Return how many whole control intervals a latency [s] takes, rounded up.
+
+    Raises:
+        InputError: Too many of them.
+    """
+    if latency > MOST_PENDING * interval:
+        raise InputError(
+            f"latency must be at most {MOST_PENDING} control intervals (got {latency:g} s at {1 / interval:g} Hz); lower the control rate"
+        )
     return int(np.ceil(latency / interval - 1e-6))
