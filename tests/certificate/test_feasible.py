@@ -77,6 +77,12 @@ def test_the_path_is_kept_while_the_speed_drops() -> None:
     assert not lost.completed or lost.distance[late[: len(lost.distance)]].max() > 1.0
 
 
+def test_a_wish_may_be_of_any_size() -> None:
+    fast, any_speed = (np.array(feasible_profile(WEAK, OVAL, each).points)[:, 1] for each in (1e3, 1e30))
+    assert any_speed.max() == pytest.approx(fast.max(), rel=0.03)
+    assert any_speed.max() < 20
+
+
 def test_a_path_that_ends_ends_at_rest_and_backwards_is_the_mirror() -> None:
     line = Curve(lambda u: (u, 0.3 * u**2, -1.0), ends=(-2.0, 2.0))
     points = np.array(feasible_profile(WEAK, line, 3.0).points)

@@ -25,7 +25,8 @@ KNOTS = (16, 32, 64)
 LOWERING = 0.97  # of a knot beside a place that demands too much
 ROUNDS = 200
 BISECTIONS = 30
-SLOWEST = 1e-3  # of the speed wanted; a vehicle that cannot fly at that cannot fly the path
+SLOWEST = 1e-3  # of the largest speed at any place; a vehicle that needs to be slower elsewhere cannot fly the path
+LEAST = 1e-60  # of the speed wanted: far below anything
 
 
 def feasible_profile(
@@ -45,7 +46,7 @@ def feasible_profile(
         sharp between them, the certificate of a slow enough speed says more.
 
     Raises:
-        InputError: The speed is zero, the reserve no share, or the vehicle cannot fly the path even at a thousandth of the speed.
+        InputError: The speed is zero, the reserve no share, or the vehicle cannot fly the path even at a thousandth of its fastest speed.
     """
     instance(vehicle, Vehicle, "vehicle", "make one with gs.Vehicle(mass, inertia)")
     instance(path, Path, "path", "make one with gs.paths, such as gs.paths.circle()")
@@ -95,7 +96,12 @@ class _Search:
         """Return the largest constant speed (n,) at each place that the limits allow, at most the one wanted."""
         derivatives = self.path.jets(self.places)[:, :5]
         high = np.full(PLACES, speed)
-        low = np.where(self.usage(derivatives, high) <= 1, speed, 0.0)
+        fits = self.usage(derivatives, high) <= 1
+        while not fits.all() and high.min() > LEAST * speed:  # a wish of any size: to the decade first
+            smaller = np.where(fits, high, high / 10)
+            fits |= self.usage(derivatives, smaller) <= 1
+            high = np.where(fits, high, smaller)
+        low = np.where(self.usage(derivatives, high) <= 1, high, 0.0)
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
             fits = self.usage(derivatives, middle) <= 1
