@@ -1,5 +1,7 @@
 """Stretches of a flight, limits and wrapped lines."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -34,6 +36,14 @@ def test_a_settled_flight_has_an_approach_and_a_stretch_on_the_path() -> None:
     assert approach.begin == record.time[0]
     assert approach.end == follow.begin == record.summary()["settling_time_s"]["predicted"]
     assert follow.end == record.time[-1]
+
+
+def test_only_a_settled_flight_is_said_to_be_within_its_distance() -> None:
+    record = KINDS["upside down"]()
+    far = record.distance.copy()
+    far[-1] = 10 * record.settled_within
+    for distance, name in ((record.distance, "within 1 mm, own scale"), (far, "not settled, own scale")):
+        assert windows(dataclasses.replace(record, distance=distance))[1].name == name
 
 
 @pytest.mark.parametrize("kind", ["ended early", "one row"])

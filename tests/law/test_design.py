@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gammastar.errors import GammastarError, InputError, PoleError, SingularStartError, UnknownNameError
-from gammastar.law import Law, design
+from gammastar.law import KalmanFilter, Law, Observer, design
 from gammastar.law.design import CHAINS, DEFAULT_POLES
 from gammastar.vehicle import State, Vehicle, split
 from strategies import (
@@ -244,6 +244,14 @@ def test_a_yaw_output_has_a_slope_that_never_vanishes(beta) -> None:
     """rank(d beta) = 1, Eq. (14)."""
     with pytest.raises(InputError, match="slope that never vanishes"):
         design(PAPER_VEHICLE, PATHS["circle"], yaw_output=beta)
+
+
+@pytest.mark.parametrize("part", ["rejection", "estimator", "approach"])
+@pytest.mark.parametrize("given", [Observer, KalmanFilter, "observer", 4])
+def test_parts_of_another_kind_are_refused(part: str, given: object) -> None:
+    """A class in place of what it makes, a filter in place of an observer: not in flight, but at once."""
+    with pytest.raises(InputError, match=f"^{part} must be a .* \\(got .*\\); make one with "):
+        design(PAPER_VEHICLE, PATHS[next(iter(CURVES))], **{part: given})
 
 
 @pytest.mark.parametrize("beta", [lambda r: -2 * r, lambda r: ca.sinh(r / 10), lambda r: r + 0.5 * ca.sin(r), ca.atan])

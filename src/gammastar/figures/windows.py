@@ -30,8 +30,9 @@ def windows(record: FlightRecord) -> tuple[Window, ...]:
     short = SHORTEST * (end - begin)
     if settled is None or not begin + short < settled < end - short:
         return (Window(begin, end, ""),)
-    within = f"within {distance_text(record.settled_within)}, own scale"
-    return Window(begin, settled, "approach"), Window(settled, end, within)
+    kept = record.summary()["settled"]
+    name = f"within {distance_text(record.settled_within)}" if kept else "not settled"
+    return Window(begin, settled, "approach"), Window(settled, end, f"{name}, own scale")
 
 
 def settling_time(record: FlightRecord) -> float | None:

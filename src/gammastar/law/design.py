@@ -14,7 +14,7 @@ from gammastar.law.approach import Approach
 from gammastar.law.filter import KalmanFilter
 from gammastar.law.gains import chain_poles, without_slowest
 from gammastar.law.law import Law
-from gammastar.law.observer import Rejection
+from gammastar.law.observer import IntegralAction, Observer, Rejection
 from gammastar.path import Path
 from gammastar.vehicle import Vehicle
 
@@ -62,6 +62,12 @@ def design(
     instance(path, Path, "path", "make one with gs.paths, such as gs.paths.circle()")
     if approach is not None:
         instance(approach, Approach, "approach", "make one with gs.Approach()")
+    if rejection is not None:
+        instance(
+            rejection, (Observer, IntegralAction), "rejection", "make one with gs.Observer() or gs.IntegralAction()"
+        )
+    if estimator is not None:
+        instance(estimator, KalmanFilter, "estimator", "make one with gs.KalmanFilter(**sensors.deviations())")
     chosen: dict[str, Any] = {"transverse": DEFAULT_POLES, "tangential": DEFAULT_POLES, "yaw": DEFAULT_YAW_POLE}
     if isinstance(poles, Mapping):
         for key in poles:
