@@ -28,7 +28,7 @@ def convert_vector(vector: ArrayLike, frame: str) -> np.ndarray:
     """Return vectors (..., 3) of `frame` in `ned`, or the reverse: position, velocity, body rates, torques."""
     check_frame(frame)
     value = np.asarray(vector, dtype=float)
-    return value.copy() if frame == "ned" else value * np.array([1.0, -1.0, -1.0])
+    return value.copy() if frame == "ned" else value * np.array([1.0, -1.0, -1.0]) + 0.0  # no -0
 
 
 def convert_attitude(attitude: ArrayLike, frame: str) -> np.ndarray:

@@ -19,11 +19,13 @@ from gammastar import (
     Sensors,
     Speed,
     State,
+    Status,
     Vehicle,
     Wind,
     design,
     errors,
     fly,
+    load_mission,
     paths,
     so3,
 )
@@ -253,3 +255,12 @@ def test_an_observer_learns_nothing_from_a_start_that_is_as_modelled(interface: 
     record = fly(law, start, speed=rate, duration=1.0)
     assert record.distance.max() < 1e-6
     assert np.abs(record.autopilot.unknown[:, :3]).max() < 1e-5
+
+
+def test_a_flight_with_an_approach_that_ran_away_warns_of_nothing() -> None:
+    """Drag that no step resolves throws it so far that squares of distances overflow; they are infinite, as numbers."""
+    mission = load_mission("quadrotor")
+    drag = [{"kind": "linear_drag", "coefficients": 1e4}]
+    record = mission.with_values({"truth.forces": drag, "flight.duration": 0.3}).fly()
+    assert record.status is Status.NOT_FINITE
+    assert not np.isnan(record.distance).any()

@@ -198,6 +198,8 @@ def test_before_the_first_sample_the_start_is_held_with_its_bias() -> None:
         ({"deviation": -0.1}, "deviation of a sensor"),
         ({"deviation": (0.1, 0.2)}, "deviation of a sensor"),
         ({"deviation": np.nan}, "deviation of a sensor"),
+        ({"deviation": 1e100}, "deviation of a sensor"),
+        ({"bias": 1e300}, "bias of a sensor"),
         ({"bias": "no"}, "bias of a sensor"),
         ({"rate": 0}, "rate of a sensor"),
         ({"rate": (5, 5, -1)}, "rate of a sensor"),

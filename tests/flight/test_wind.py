@@ -113,6 +113,7 @@ def test_low_altitude_gusts_become_alike_in_all_directions_upwards(height: float
     [
         (lambda: Gusts(-1.0, 1.0), "deviation of gusts"),
         (lambda: Gusts(1.0, (1.0, 0.0, 1.0)), "time of gusts"),
+        (lambda: Gusts(1.0, 1e-300), "time of gusts"),
         (lambda: Gusts(np.nan, 1.0), "deviation of gusts"),
         (lambda: Gusts(1e60, 1.0), "deviation of gusts"),
         (lambda: Wind((1, 2)), "mean wind"),

@@ -295,6 +295,8 @@ def test_the_parts_of_an_estimate_are_named() -> None:
         ({"velocity": (0.1, -0.1, 0.1)}, "deviation of velocity"),
         ({"attitude": np.nan}, "deviation of attitude"),
         ({"angular_velocity": (1, 2)}, "deviation of angular_velocity"),
+        ({"position": 1e300}, "deviation of position"),
+        ({"position": 1e-300}, "deviation of position"),
         ({"acceleration_density": 0.0}, "acceleration_density"),
         ({"angular_density": -1.0}, "angular_density"),
         ({"gravity": np.inf}, "gravity"),

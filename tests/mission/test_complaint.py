@@ -51,6 +51,7 @@ def test_a_section_is_named_once() -> None:
         raise InputError("wrong")
 
 
+HUMMINGBIRD: dict[str, Any] = {"vehicle": {"preset": "hummingbird"}}
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "vehicle": ({"vehicle.mass": -1}, r"^\[vehicle\] mass"),
     "path": ({"path.normal": [0, 0, 0]}, r"^\[path\] normal"),
@@ -59,6 +60,14 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "reference": ({"reference": {"kind": "stop", "speed": 0, "coordinate": 1, "braking_time": 1}}, r"^\[reference\] "),
     "truth": ({"truth.inertia_scale": -1}, r"^\[truth\] "),
     "uneven truth": ({"truth.inertia_scale": [[1, 2], 3]}, r"^\[truth\] inertia_scale must be numbers of shape"),
+    "scales of other rotors": (
+        HUMMINGBIRD | {"truth.thrust_scale": [1, 1, 1]},
+        r"^\[truth\] thrust_scale must have shape",
+    ),
+    "uneven scales": (
+        HUMMINGBIRD | {"truth.thrust_scale": [[1, 2], 3]},
+        r"^\[truth\] thrust_scale must be numbers of shape",
+    ),
     "uneven inertia": ({"vehicle.inertia": [[1, 2], 3]}, r"^\[vehicle\] inertia .* rows of different lengths"),
     "limits": ({"limits.torque": -1}, r"^\[limits\] "),
     "rows": ({"flight.duration": 1e12}, r"^\[flight\] a flight must have at most \d+ rows \(got 1e\+15"),

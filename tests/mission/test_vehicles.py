@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import casadi as ca
@@ -145,6 +146,8 @@ def test_a_preset_is_the_same_vehicle_in_every_frame_and_is_written_out_by_its_n
     assert "preset" not in first.values()["vehicle"]
     again = parse(first.toml())
     assert again == first
+    assert again.toml() == first.toml()  # keys in the same order, too
+    assert not re.search(r"-0\.0\b(?!\d)", first.toml())
     assert flown(again).signature == flown(first).signature
 
 

@@ -127,6 +127,12 @@ def thrust_rate_too(state: StateGraph, wind: object) -> object:
             lambda: CustomForce(lambda state, wind: -ca.norm_2(state.velocity) * state.velocity),
             "differentiable at rest",
         ),
+        (lambda: CustomForce(None), "must be a function of state and wind"),
+        (
+            lambda: CustomForce(lambda state, wind: ca.SX.sym("q", 3) - state.velocity),
+            "must use its two arguments alone .got the symbol q_0",
+        ),
+        (lambda: LinearDrag(1e100), "check its unit"),
         (lambda: LinearDrag((0.1, -0.1, 0.1)), "must not be negative"),
         (lambda: LinearDrag((0.1, float("nan"), 0.1)), "must be finite"),
         (lambda: QuadraticDrag(0.1, smoothing=0.0), "greater than 0"),

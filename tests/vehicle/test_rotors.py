@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -198,6 +200,11 @@ BAD = {
     "NaN speed": ({"fastest": np.nan}, InputError, "fastest"),
     "negative lag": ({"lag": -0.1}, InputError, "lag"),
     "three lags": ({"lag": (0.1, 0.1, 0.1)}, ShapeError, "lag"),
+    "too many": (
+        {"positions": [[np.cos(k), np.sin(k), 0] for k in range(25)], "spins": [1] * 25},
+        InputError,
+        "at most 24",
+    ),
     "NaN lag": ({"lag": (0.1, np.nan)}, ShapeError, "lag"),
 }
 
@@ -210,9 +217,25 @@ def test_what_no_rotors_are_is_refused(case: str) -> None:
     assert isinstance(caught.value, GammastarError)
 
 
-@pytest.mark.parametrize("change", [{"count": 3}, {"count": 4.5}, {"arm": 0}, {"arm": np.nan}])
-def test_what_no_ring_is_is_refused(change: dict[str, float]) -> None:
-    with pytest.raises(InputError):
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"count": 3},
+        {"count": 4.5},
+        {"count": 25},
+        {"count": 1e300},
+        {"arm": 0},
+        {"arm": np.nan},
+        {"first_angle": "x"},
+        {"first_angle": np.inf},
+        {"first_angle": [0, 1]},
+        {"first_spin": 0.5},
+        {"first_spin": 1.5},
+        {"first_spin": None},
+    ],
+)
+def test_what_no_ring_is_is_refused(change: dict[str, Any]) -> None:
+    with pytest.raises(GammastarError, match=r" must .*\(got .*; "):
         Rotors.ring(
             **{"count": 4, "arm": 0.2, "thrust_coefficient": 1, "torque_coefficient": 1, "fastest": 1, **change}
         )

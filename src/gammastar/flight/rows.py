@@ -20,8 +20,9 @@ def nearest_distances(path: Path, positions: np.ndarray, parameters: np.ndarray,
 
     Where a target waits no foot is followed, and the whole path is searched.
     """
-    distance = path.distances(positions, parameters) if len(parameters) else np.empty(0)
-    if waiting.any():
-        assert isinstance(path, ParametricPath)
-        distance[waiting] = np.minimum(distance[waiting], path.global_distances(positions[waiting]))
+    with np.errstate(over="ignore"):  # the last row of a flight that ran away may be that far
+        distance = path.distances(positions, parameters) if len(parameters) else np.empty(0)
+        if waiting.any():
+            assert isinstance(path, ParametricPath)
+            distance[waiting] = np.minimum(distance[waiting], path.global_distances(positions[waiting]))
     return distance

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import array, instance, number, three, whole
+from gammastar.checks import instance, magnitudes, number, three, whole
 from gammastar.errors import InputError
 from gammastar.law.measurement import CHANNELS, freshness
 from gammastar.vehicle import State, StateGraph
@@ -34,7 +34,7 @@ class SensorNoise:
 
     def __post_init__(self) -> None:
         for channel in CHANNELS:
-            values = array(getattr(self, channel), f"noise of {channel}", (3,))
+            values = magnitudes(getattr(self, channel), f"noise of {channel}", (3,))
             if np.any(values < 0):
                 raise InputError(
                     f"noise of {channel} must not be negative (got {values.tolist()}); give standard deviations"
@@ -94,7 +94,8 @@ class Channel:
 
     def __post_init__(self) -> None:
         for name in ("deviation", "bias"):
-            object.__setattr__(self, name, three(getattr(self, name), f"{name} of a sensor"))
+            values = magnitudes(three(getattr(self, name), f"{name} of a sensor"), f"{name} of a sensor", (3,))
+            object.__setattr__(self, name, values)
         if np.any(np.asarray(self.deviation) < 0):
             raise InputError(
                 f"deviation of a sensor must not be negative (got {np.asarray(self.deviation).tolist()}); give standard deviations"

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import ArrayLike
 
-from gammastar.checks import instance, magnitudes, number, three, whole
+from gammastar.checks import instance, magnitude, magnitudes, number, three, whole
 from gammastar.errors import InputError
 
 STREAM = 4  # of random numbers beside those of the four sensors
@@ -50,6 +50,8 @@ class Gusts:
             raise InputError(
                 f"time of gusts must be positive (got {np.asarray(self.time).tolist()}); give the time in which gusts change"
             )
+        for time in np.asarray(self.time):
+            magnitude(time, "time of gusts [s]", above=0)
 
     @classmethod
     def dryden(cls, height: float, wind_at_6m: float, airspeed: float | None = None) -> Gusts:

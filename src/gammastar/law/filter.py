@@ -65,6 +65,8 @@ class KalmanFilter:
                 raise InputError(
                     f"deviation of {name} in a filter must be positive (got {values.tolist()}); give what one sample of the sensor has"
                 )
+            for value in values:
+                magnitude(value, f"deviation of {name} in a filter", above=0)
             object.__setattr__(
                 self, name, tuple(values.tolist())
             )  # filters of one kind are equal: one graph serves them

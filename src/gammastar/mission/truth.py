@@ -73,7 +73,9 @@ class TruthSection(Section):
                 )
             return None
         offset = np.asarray(convert_vector(self.center_of_mass, frame))
-        scale = checks.array(np.broadcast_to(self.thrust_scale, believed.count), "thrust_scale", (believed.count,))
+        given = self.thrust_scale
+        scale = np.repeat(given, believed.count) if checks.shape_of(given) == () else given
+        scale = checks.array(scale, "thrust_scale", (believed.count,))
         return dataclasses.replace(
             believed,
             positions=np.asarray(believed.positions) - offset,

@@ -131,10 +131,10 @@ def _table(vehicle: Vehicle) -> dict[str, Any]:
     values, inertia = _fields(vehicle), np.asarray(vehicle.inertia)
     if np.array_equal(inertia, np.diag(np.diag(inertia))):
         values["inertia"] = np.diag(inertia).tolist()
-    forces = [{"kind": _kind(each)} | _fields(each) for each in vehicle.forces]
-    del values["forces"]
-    tables = {"forces": forces} if forces else {}
-    return values | tables | ({} if vehicle.rotors is None else {"rotors": _fields(vehicle.rotors)})
+    values["forces"] = [{"kind": _kind(each)} | _fields(each) for each in vehicle.forces]
+    if not vehicle.forces:
+        del values["forces"]
+    return values if vehicle.rotors is None else values | {"rotors": _fields(vehicle.rotors)}
 
 
 def _kind(force: Force) -> str:

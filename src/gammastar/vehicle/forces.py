@@ -7,7 +7,6 @@ into the third derivative already, and one of the thrust rate the second derivat
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import instance, magnitude, shortened, three
+from gammastar.checks import instance, magnitude, magnitudes, shortened, three
 from gammastar.errors import InputError
 from gammastar.vehicle.state import StateGraph
 
@@ -159,11 +158,21 @@ class CustomForce(Force):
     name: str = "custom force"
 
     def __post_init__(self) -> None:
+        if not callable(self.graph):
+            raise InputError(
+                f"a {self.name} must be a function of state and wind (got {shortened(self.graph)}); see gs.CustomForce"
+            )
         state, wind = symbols(), ca.SX.sym("wind", 3)
         value = self.graph(state, wind)
         if not isinstance(value, (ca.SX, ca.DM)) or value.shape != (3, 1):
             raise InputError(
                 f"the function of a {self.name} must return three CasADi scalars (got {shortened(value)}); use casadi.vertcat"
+            )
+        known = ca.veccat(*state, wind)
+        if strange := [each for each in ca.symvar(ca.SX(value)) if not ca.depends_on(known, each)]:
+            raise InputError(
+                f"the function of a {self.name} must use its two arguments alone (got the symbol {strange[0]} beside them); "
+                "put numbers in its place"
             )
         for part, why in (("angular_velocity", "body rates"), ("thrust_rate", "thrust rate")):
             if ca.depends_on(ca.SX(value), getattr(state, part)):
@@ -275,8 +284,8 @@ def symbols() -> StateGraph:
 
 def _set_coefficients(force: Any, name: str) -> None:
     """Check the coefficients of a drag and make them three; a negative one would drive the vehicle."""
-    values = three(force.coefficients, name)
-    if np.any(np.asarray(values) < 0) or math.isinf(float(np.max(values))):
+    values = magnitudes(three(force.coefficients, name), name, (3,))
+    if np.any(np.asarray(values) < 0):
         raise InputError(
             f"{name} must not be negative (got {np.asarray(values).tolist()}); drag acts against the motion"
         )

@@ -20,6 +20,7 @@ from gammastar.errors import InputError, ShapeError
 from gammastar.vehicle.wrenches import interval, normals, radius
 
 FEWEST = 4  # thrust and three torques need as many
+MOST = 24  # an allocation compares all triples of them
 ROUNDING = 1e-12  # of the thrust of all rotors
 FULL_RANK = 1e-6  # least singular value of the mixer with rows of unit length
 
@@ -58,6 +59,7 @@ class Rotors:
             raise ShapeError(
                 f"positions [m] of rotors must be four or more rows of three (got {got}); thrust and three torques need four rotors"
             )
+        _require_few(shape[0])
         object.__setattr__(self, "positions", magnitudes(self.positions, "positions [m] of rotors", shape))
         spins = array(self.spins, "spins of rotors", shape[:1])
         if not np.all(np.abs(spins) == 1):
@@ -123,9 +125,14 @@ class Rotors:
             first_spin: Of the first rotor.
         """
         count, arm = whole(count, "number of rotors"), magnitude(arm, "arm of rotors [m]", above=0)
-        angles = np.radians(first_angle) + 2 * np.pi * np.arange(count) / max(count, 1)
+        _require_few(count)
+        first, spin = (
+            magnitude(first_angle, "first angle of rotors [deg]"),
+            magnitude(first_spin, "first spin of rotors"),
+        )
+        angles = np.radians(first) + 2 * np.pi * np.arange(count) / max(count, 1)
         positions = arm * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
-        spins = first_spin * (-1.0) ** np.arange(count)
+        spins = spin * (-1.0) ** np.arange(count)
         return cls(positions, spins, thrust_coefficient, torque_coefficient, fastest, slowest, lag)
 
     @functools.cached_property
@@ -239,6 +246,14 @@ class Rotors:
     def _lags(self) -> tuple[float, float]:
         up, down = np.asarray(self.lag)
         return float(up), float(down)
+
+
+def _require_few(count: int) -> None:
+    """Raise unless the rotors are few enough for an allocation."""
+    if count > MOST:
+        raise InputError(
+            f"there must be at most {MOST} rotors (got {count:g}); let one stand for several that are close together"
+        )
 
 
 def _mean_decays(lag: float, interval: float) -> tuple[float, float]:
