@@ -228,3 +228,15 @@ def test_an_interrupt_that_is_lost_in_a_destructor_is_repeated() -> None:
         work()
     assert time.monotonic() - began < 5
     assert received == [signal.SIGTERM, signal.SIGALRM]
+
+
+def test_an_interrupt_that_is_being_answered_is_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a busy machine the answer takes longer than the time after which a lost interrupt would come again."""
+    from gammastar import cli
+
+    def settle() -> None:
+        time.sleep(1.5 * process.AGAIN)
+
+    monkeypatch.setattr(cli, "_run", lambda _: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr(process, "settle_streams", settle)
+    assert cli.main([]) == 128 + signal.SIGTERM

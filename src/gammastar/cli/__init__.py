@@ -28,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             code = _run(arguments)
         except (Exception, KeyboardInterrupt) as error:
+            received.heard = True
             # A library in another language may turn an interrupt into any error.
             interrupted = received or process.is_interrupt(error)
             code = process.INTERRUPTED if interrupted else _explained(error)

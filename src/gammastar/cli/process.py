@@ -13,7 +13,7 @@ from typing import Any, TextIO
 
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
 INTERRUPTED = 128 + signal.SIGINT  # as shells count what a signal ends
-AGAIN = 0.3  # [s] after which an interrupt is repeated: long enough to remove temporary files, too short to be noticed
+AGAIN = 1.0  # [s] after which an interrupt is repeated: long enough to remove temporary files on a busy machine
 PIPE_CLOSED = 128 + 13  # SIGPIPE, which Python turns into an error
 
 
@@ -42,16 +42,24 @@ def note(words: str) -> None:
         print(words, file=sys.stderr, flush=True)
 
 
+class Stops(list[int]):
+    """The signals received so far."""
+
+    heard = False  # whether one has got where it is answered, so that none need be repeated
+
+
 @contextlib.contextmanager
-def stopped_by_signals() -> Iterator[list[int]]:
+def stopped_by_signals() -> Iterator[Stops]:
     """Let every signal of `STOPS` interrupt as Ctrl-C does, so that temporary files go; yield the list of those received.
 
     A signal that whoever started the process has chosen to ignore stays ignored.  An interrupt may be lost on its way, in a
-    destructor or where a library in another language sorts its arguments, so an alarm repeats it until the block has ended.
+    destructor or where a library in another language sorts its arguments, so an alarm repeats it until it is heard.
     """
-    received: list[int] = []
+    received = Stops()
 
     def stop(number: int, _: Any) -> None:
+        if received.heard:
+            return
         received.append(number)
         signal.setitimer(signal.ITIMER_REAL, AGAIN)
         raise KeyboardInterrupt
