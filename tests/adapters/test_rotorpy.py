@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import gammastar as gs
 from gammastar.adapters import rotorpy
-from gammastar.errors import InputError, MissingExtraError, UnknownNameError
+from gammastar.errors import GammastarError, InputError, MissingExtraError, UnknownNameError
 from gammastar.law.autopilot import Autopilot
 from gammastar.law.guidance import Guidance
 
@@ -158,6 +158,39 @@ def test_bad_use_is_refused_in_one_sentence(law: gs.Law) -> None:
         controller.update(0.01, state)
     with pytest.raises(UnknownNameError, match="cmd_ctbr"):
         rotorpy.environment(controller, HUMMINGBIRD, gs.State((1.5, 0.0, 0.0)), abstraction="cmd_ctbr")
+
+
+BROKEN: dict[str, tuple[object, object]] = {
+    "time that is none": (np.nan, {}),
+    "text for time": ("now", {}),
+    "no state": (0.0, None),
+    "no attitude": (0.0, {"q": np.zeros(4)}),
+    "no speeds": (0.0, {"rotor_speeds": None}),
+    "text for speeds": (0.0, {"rotor_speeds": "fast"}),
+    "three speeds": (0.0, {"rotor_speeds": [1, 2, 3]}),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_what_no_simulation_tells_is_refused(case: str, law: gs.Law) -> None:
+    """Above all a time that is NaN, which compares with nothing: commands would be NaN cut to the limits."""
+    time, change = BROKEN[case]
+    controller, state = rotorpy.Controller(law, speed=1.0), told(gs.State((1.5, 0.0, 0.0)))
+    with pytest.raises(GammastarError, match=r" must .*\(got .*; "):
+        controller.update(time, change if change is None else state | change)  # type: ignore[arg-type, operator]
+
+
+def test_parameters_and_starts_that_rotorpy_could_not_use_are_refused() -> None:
+    short = {key: value for key, value in HUMMINGBIRD.items() if key != "Ixx"}
+    for make in (
+        lambda: rotorpy.vehicle_of(short),
+        lambda: rotorpy.vehicle_of(None),  # type: ignore[arg-type]
+        lambda: rotorpy.initial_state({}, gs.State((1.5, 0.0, 0.0))),
+        lambda: rotorpy.initial_state(HUMMINGBIRD, None),  # type: ignore[arg-type]
+        lambda: rotorpy.initial_state(HUMMINGBIRD, gs.State((1.5, 0.0, 0.0), thrust=-1.0)),
+    ):
+        with pytest.raises(InputError, match=r" must .*\(got .*; "):
+            make()
 
 
 def test_its_absence_names_the_extra(law: gs.Law, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gammastar import so3
-from gammastar.checks import instance, number, shortened
+from gammastar.checks import array, instance, number, shortened
 from gammastar.errors import InputError
 from gammastar.frames import convert_attitude, convert_vector
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
@@ -99,7 +99,7 @@ class Controller:
             state: x [m], v [m/s], q (i, j, k, w) and w [rad/s]; at the start also rotor_speeds [rad/s], if they are known.
             flat_output: Of RotorPy's trajectory; not used, because the law has a path.
         """
-        told, running = _told(state), self._running
+        t, told, running = number(t, "time [s]"), _told(state), self._running
         if running is None or t <= running.time:
             running = self._running = self._start(t, told, state)
         elif abs((t - running.time) * self.rate - 1) > LATE:
@@ -117,7 +117,8 @@ class Controller:
         """Return the autopilot at where a flight begins; rotors that are not told of hover."""
         thrust = self.law.vehicle.weight
         if "rotor_speeds" in state:
-            speeds = np.clip(state["rotor_speeds"], self._rotors.slowest, self._rotors.fastest)
+            turning = array(state["rotor_speeds"], "rotor_speeds [rad/s]", (self._rotors.count,))
+            speeds = np.clip(turning, self._rotors.slowest, self._rotors.fastest)
             thrust = max(float(self._rotors.wrench_at(speeds)[0]), LEAST_THRUST * self._rotors.thrust_range[1])
         start = State(told[:3], told[3:6], so3.unstack(told[6:15]), told[15:18], thrust)
         vector, parameter = self.law.start_vector(start)
@@ -144,12 +145,17 @@ class Controller:
 
 def _told(state: Mapping[str, Any]) -> np.ndarray:
     """Return the measurement (22,) of a state of RotorPy, every channel fresh."""
+    instance(state, Mapping, "state", "pass on what RotorPy gives")
     for key, shape in SHAPES.items():
         if key not in state or np.shape(state[key]) != shape or not np.all(np.isfinite(state[key])):
             raise InputError(
                 f"a state of RotorPy must have {key!r} with {shape[0]} finite numbers (got {shortened(state.get(key))}); "
                 "check the simulation"
             )
+    if not np.any(state["q"]):
+        raise InputError(
+            f"a state of RotorPy must have a quaternion 'q' other than zero (got {shortened(state['q'])}); check the simulation"
+        )
     attitude = convert_attitude(Rotation.from_quat(state["q"]).as_matrix(), FRAME)
     position, velocity, rates = (convert_vector(state[key], FRAME) for key in ("x", "v", "w"))
     return np.concatenate([position, velocity, so3.stack(attitude), rates, np.ones(4)])

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gammastar.adapters.rotorpy.controller import FRAME, RATE, Controller
-from gammastar.errors import MissingExtraError, UnknownNameError
+from gammastar.checks import instance, number, shortened
+from gammastar.errors import InputError, MissingExtraError, UnknownNameError
 from gammastar.frames import REVERSAL, convert_attitude, convert_vector
 from gammastar.vehicle import Rotors, State, Vehicle
 
@@ -21,6 +22,10 @@ ABSTRACTIONS = (
     "cmd_motor_thrusts",
     "cmd_ctbm",
 )  # of RotorPy, that leave the wrench to a controller
+NEEDED = (
+    *("mass", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz", "rotor_pos", "rotor_directions"),
+    *("k_eta", "k_m", "rotor_speed_max", "rotor_speed_min", "tau_m"),
+)  # of a vehicle's parameters, for its model
 SUFFIX = "_params"  # of the modules in which RotorPy keeps its vehicles
 
 
@@ -55,6 +60,7 @@ def vehicle_of(parameters: Mapping[str, Any]) -> Vehicle:
 
     What is left out is for an observer; to know it too, give the vehicle forces with `dataclasses.replace`.
     """
+    _require(parameters, *NEEDED)
     moments = {axes: float(parameters[f"I{axes}"]) for axes in ("xx", "yy", "zz", "xy", "xz", "yz")}
     rows = [("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz")]
     inertia = np.array([[moments[axes] for axes in row] for row in rows])
@@ -74,9 +80,12 @@ def vehicle_of(parameters: Mapping[str, Any]) -> Vehicle:
 
 def initial_state(parameters: Mapping[str, Any], start: State) -> dict[str, np.ndarray]:
     """Return a start as RotorPy wants it, with rotors that share its thrust, or the weight where it is left open."""
+    instance(start, State, "start", "make one with gs.State(position)")
+    _require(parameters, "mass", "num_rotors", "k_eta")
     weight = float(parameters["mass"]) * GRAVITY
     count = int(parameters["num_rotors"])
-    speed = np.sqrt((weight if start.thrust is None else start.thrust) / count / float(parameters["k_eta"]))
+    thrust = weight if start.thrust is None else number(start.thrust, "thrust at the start [N]", at_least=0)
+    speed = np.sqrt(thrust / count / float(parameters["k_eta"]))
     return {
         "x": convert_vector(start.position, FRAME),
         "v": convert_vector(start.velocity, FRAME),
@@ -136,6 +145,14 @@ def flown(result: Mapping[str, Any]) -> Flown:
         angular_velocity=convert_vector(state["w"], FRAME),
         rotor_speeds=np.asarray(state["rotor_speeds"], dtype=float),
     )
+
+
+def _require(parameters: Mapping[str, Any], *names: str) -> None:
+    """Raise `InputError` for the first parameter that is missing."""
+    instance(parameters, Mapping, "parameters", "take those of a vehicle, as rotorpy.parameters('hummingbird')")
+    for name in names:
+        if name not in parameters:
+            raise InputError(f"parameters of RotorPy must have {name!r} (got {shortened(sorted(parameters))}); add it")
 
 
 def _library(module: str) -> Any:
