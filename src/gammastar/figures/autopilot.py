@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 UNNAMED = "_"  # a name that no legend shows
+TAKEN = ("none", "along", "yaw", "thrust", "tilt")  # by the numbers in the rows, short; tilt is roll and pitch
 
 
 @style.drawing()
@@ -31,8 +32,6 @@ def draw_autopilot(record: FlightRecord, title: str = "") -> Figure:
     if rotors is not None and rows.rotor_speeds.size:
         speeds = [(f"{k + 1}", values) for k, values in enumerate(rows.rotor_speeds.T)]
         panels.append(Panel("rotor speeds [rad/s]", speeds, [("limits", rotors.slowest), (UNNAMED, rotors.fastest)]))
-        levels = [(UNNAMED, 0.0), (UNNAMED, 4.0)]
-        panels.append(
-            Panel("what limits took", [("1 along, 2 yaw, 3 thrust, 4 roll and pitch", rows.given_up)], levels)
-        )
+        ends = [(UNNAMED, 0.0), (UNNAMED, len(TAKEN) - 1.0)]
+        panels.append(Panel("limits took", [("the most important", rows.given_up)], ends, levels=TAKEN))
     return columns(record, panels, title)

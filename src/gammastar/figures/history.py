@@ -30,6 +30,7 @@ class Panel:
     lines: Sequence[tuple[str, np.ndarray]]  # name and values (n,)
     guides: Sequence[tuple[str, float]] = ()  # name and value, dashed
     shown: Sequence[float] = field(default=())  # values that belong inside the limits of the first column
+    levels: Sequence[str] = ()  # names of the values 0, 1, 2, ... where these are no quantity
 
 
 @style.drawing()
@@ -138,6 +139,8 @@ def columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
         for k, window in enumerate(spans):
             _panel(axes[i, k], record.time, panel, window, panel.shown if k == 0 else ())
             mark_replacements(axes[i, k], record)
+            if panel.levels:
+                axes[i, k].set_yticks(range(len(panel.levels)), panel.levels if k == 0 else [""] * len(panel.levels))
         style.label(axes[i, 0], panel.label)
         style.legend(axes[i, -1], columns=max(4, len(panel.lines) + 1))
     for axis, window in zip(axes[0], spans, strict=True):
@@ -149,8 +152,9 @@ def columns(record: FlightRecord, rows: Sequence[Panel], title: str) -> Figure:
 
 def _panel(axis: Axes, time: np.ndarray, panel: Panel, window: Window, shown: Sequence[float]) -> None:
     inside = (time >= window.begin) & (time <= window.end)
-    for (name, values), color in zip(panel.lines, style.CYCLE, strict=False):
-        _line(axis, time[inside], values[inside], name, color)
+    for k, (name, values) in enumerate(panel.lines):
+        dashes = "-" if k < len(style.CYCLE) else style.DOTTED
+        _line(axis, time[inside], values[inside], name, style.CYCLE[k % len(style.CYCLE)], dashes)
     for name, value in panel.guides:
         _guide(axis, name, value, style.FAINT)
     visible = [values[inside] for _, values in panel.lines]
@@ -207,13 +211,14 @@ def _decade(axis: Axes, values: np.ndarray) -> None:
     axis.yaxis.set_minor_formatter(lambda value, place: "")
 
 
-def _line(axis: Axes, time: np.ndarray, values: np.ndarray, name: str, color: str) -> None:
+def _line(axis: Axes, time: np.ndarray, values: np.ndarray, name: str, color: str, dashes: Any = "-") -> None:
     values = drawable(values)
     finite = values[np.isfinite(values)]
     ragged = np.abs(np.diff(finite)).sum() > RAGGED * np.ptp(finite) if finite.size else False
     width = style.THIN if ragged else style.LINE
     marker: Any = "o" if len(time) == 1 else None
-    axis.plot(time, values, color=color, linewidth=width, label=name, marker=marker, markersize=style.MARKER)
+    look: dict[str, Any] = {"linewidth": width, "linestyle": dashes, "marker": marker, "markersize": style.MARKER}
+    axis.plot(time, values, color=color, label=name, **look)
 
 
 def _guide(axis: Axes, name: str, value: float, color: str) -> None:

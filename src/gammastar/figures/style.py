@@ -27,13 +27,14 @@ _ONE_AT_A_TIME = threading.RLock()  # matplotlib's settings and its parser of fo
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 INK, FAINT, GRID = "#222222", "#767676", "#DDDDDD"
-CYCLE = (BLUE, VERMILION, GREEN, PURPLE)  # of the lines in one panel
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE)  # of the lines in one panel; further ones are dotted
 AXIS_COLORS = (VERMILION, GREEN, BLUE)  # of first, second and third axis, world or body
 
 TITLE, LABEL, SMALL = 10.0, 9.0, 8.0  # [pt] the whole scale of text
 TITLE_LETTER = 0.084  # [in] width of a letter of a title, rather more than less
 THIN, LINE, STRONG = 0.6, 1.2, 1.8  # [pt] the whole scale of lines
 DASHED = (0, (5, 3))  # of a guide
+DOTTED = (0, (1.5, 1))  # of lines beyond the colors
 WIDTH = 6.6  # [in] of every figure over time
 PANEL_HEIGHT, ONLY_PANEL_HEIGHT = 1.75, 2.1  # [in] of one of its rows, of several or alone
 MARKER = 4.0  # [pt] shown when a line has a single row and would be invisible
