@@ -87,7 +87,17 @@ def test_fly_prints_numbers_and_a_sentence(capsys: pytest.CaptureFixture[str]) -
     printed = run(capsys, "fly", "upright", *SHORT)
     assert printed.startswith(load("upright").title)
     assert re.search(r"^oracle.max_position_error_m +\d", printed, re.MULTILINE)
-    assert printed.endswith("0.2 s: flew to the end\n")
+    assert re.search(
+        r"0.2 s: flew to the end, not settled: \d.* m from the path in the last quarter \(RMS\)\n$", printed
+    )
+
+
+def test_a_flight_that_its_rotors_cannot_follow_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    """Poles that are far too fast: the vehicle tumbles, though no singularity ends the flight."""
+    printed = run(capsys, "fly", "hexarotor", "--set", "controller.poles=-40", "--set", "flight.duration=2")
+    assert re.search(
+        r"\(RMS\); rotors at their limits in \d+% of the flight: lower the speed, or slow the poles", printed
+    )
 
 
 def test_fly_as_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,7 @@ HIDDEN = (
     "certificate",
     "versions",
 )  # of a flight's table: they stand around it, or in the JSON object only
+OFTEN_LIMITED = 0.1  # of a flight; those that settle from upside down are below
 MARKS = {"holds": "green", "definition": "green", "misprint": "yellow", "false": "yellow", "failed": "bold red"}
 
 
@@ -91,8 +92,19 @@ def _flight_as_text(summary: Mapping[str, Any], files: Sequence[Path]) -> None:
     if files:
         lines += [f"wrote {files[0].parent}: {', '.join(file.name for file in files)}", ""]
     if summary["status"] == "completed":
-        lines.append(f"{summary['end_time_s']:g} s: {summary['message']}")
+        lines.append(f"{summary['end_time_s']:g} s: {summary['message']}{_unsettled(summary)}")
     text("\n".join(lines))
+
+
+def _unsettled(summary: Mapping[str, Any]) -> str:
+    """Return how far a flight that did not settle is from its path, and what to change where its rotors could not follow."""
+    if summary["settled"]:
+        return ""
+    limited = sum(summary.get("autopilot", {}).get("given_up_share", {}).values())
+    words = f", not settled: {summary['distance_m']['rms_last_quarter']:.3g} m from the path in the last quarter (RMS)"
+    if limited > OFTEN_LIMITED:
+        words += f"; rotors at their limits in {limited:.0%} of the flight: lower the speed, or slow the poles or the observers"
+    return words
 
 
 def certificate(data: Mapping[str, Any], table: str, files: Sequence[Path], as_json: bool) -> None:
