@@ -108,3 +108,12 @@ def test_the_path_of_every_phase_is_drawn() -> None:
     assert np.allclose(second[-1], [-6, 3, 0], atol=1e-4)  # the flight is nearly there
     axis = scene.draw_path(record).axes[0]
     assert {"target at first", "target from 6 s"} <= set(axis.get_legend_handles_labels()[1])
+
+
+def test_a_flight_that_ran_away_is_drawn() -> None:
+    """Its last rows are farther than a view in space can be turned: they are cut."""
+    drag = [{"kind": "linear_drag", "coefficients": 1e4}]
+    record = gs.load_mission("quadrotor").with_values({"truth.forces": drag, "flight.duration": 0.3}).fly()
+    assert np.abs(record.position).max() > 1e100
+    assert np.isfinite(scene.scene_size(record))
+    scene.draw_path(record)

@@ -286,6 +286,7 @@ BAD = {
     "too many steps": ({"speed": 1.0, "duration": 1e6}, InputError, "rows"),
     "unknown feedback": ({"speed": 1.0, "feedback": "midle"}, UnknownNameError, "did you mean"),
     "unknown integrator": ({"speed": 1.0, "integrator": "euler"}, UnknownNameError, "integrator"),
+    "list of integrators": ({"speed": 1.0, "integrator": []}, UnknownNameError, "integrator"),
     "a rate for nothing": ({"speed": 1.0, "rate": 100.0}, InputError, "no control rate"),
     "no rate": ({"speed": 1.0, "feedback": "start"}, InputError, "needs a control rate"),
     "rate of zero": ({"speed": 1.0, "feedback": "start", "rate": 0.0}, InputError, "rate"),

@@ -29,6 +29,7 @@ TURN_WEIGHT = 0.25  # [1/rad] of the scene's size: how much a turn counts beside
 TARGET_POINTS = 361
 TARGET_DASHES = (4, 2.5), (1, 1.5), (7, 2, 1, 2)  # of the path of the first phase, the second ...
 SMALLEST_SIDE = 0.35  # of the longest side of the scene: a planar flight still gets a box with depth
+FARTHEST = 1e9  # [m] of what is drawn: of a flight that ran away the matrices of a view in space would be singular
 VIEW = (18.0, 58.0)  # [deg] elevation and azimuth
 
 
@@ -47,8 +48,8 @@ def draw_path(record: FlightRecord, title: str = "") -> Figure:
 
 
 def drawn(vectors: np.ndarray) -> np.ndarray:
-    """Return world vectors (..., 3) as they are drawn: third component upward."""
-    return np.asarray(vectors * UPWARD)
+    """Return world vectors (..., 3) as they are drawn: third component upward, and no farther than matplotlib can see."""
+    return np.asarray(np.clip(vectors, -FARTHEST, FARTHEST) * UPWARD)
 
 
 def target_points(record: FlightRecord) -> list[np.ndarray]:
@@ -70,7 +71,8 @@ def _stretch(path: Path, along: np.ndarray) -> np.ndarray:
 
 def scene_size(record: FlightRecord) -> float:
     """Return the longest side [m] of the box around flight and target."""
-    return float(np.ptp(np.vstack([record.position, *target_points(record)]), axis=0).max())
+    points = [record.position, *target_points(record)]
+    return float(np.ptp(drawn(np.vstack(points)), axis=0).max())
 
 
 def pose_rows(record: FlightRecord, count: int = POSES) -> np.ndarray:
@@ -92,7 +94,7 @@ def pose_rows(record: FlightRecord, count: int = POSES) -> np.ndarray:
 
 def activity(record: FlightRecord, turn_weight: float) -> np.ndarray:
     """Return the growing sum (n,) of way flown [m] and tilt turned, weighted [m/rad]."""
-    way = np.linalg.norm(np.diff(record.position, axis=0), axis=1)
+    way = np.linalg.norm(np.diff(drawn(record.position), axis=0), axis=1)
     rate = np.linalg.norm(record.angular_velocity[:, :2], axis=1)
     turn = np.diff(record.time) * (rate[1:] + rate[:-1]) / 2
     return np.concatenate([[0.0], np.cumsum(way + turn_weight * turn)])

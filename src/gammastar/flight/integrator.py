@@ -212,6 +212,6 @@ INTEGRATORS = {
 
 def integrator(name: str) -> Integrator:
     """Return a method by name, or raise `UnknownNameError` with the known ones."""
-    if name not in INTEGRATORS:
+    if not isinstance(name, str) or name not in INTEGRATORS:
         raise UnknownNameError("integrator", name, INTEGRATORS)
     return INTEGRATORS[name]
