@@ -87,3 +87,19 @@ def test_limits_left_out_and_empty_are_the_same() -> None:
 def test_unknown_limits_are_refused() -> None:
     with pytest.raises(MissionError, match=r'unknown key "tilt" in \[limits\]; did you mean "tilt_rate"'):
         Mission.from_values(QUICK | {"limits": {"tilt": 5}})
+
+
+def test_a_feasible_profile_is_feasible_on_its_own_path_alone() -> None:
+    """A replacement that takes it over is flown as fast as it is anywhere, so that is what its certificate is for."""
+    slow_in_bends = {"kind": "feasible", "speed": 6.0}
+    found = Mission.from_values(
+        {
+            "vehicle": {"preset": "crazyflie"},
+            "path": {"name": "ellipse", "progress": "metres"},
+            "reference": slow_in_bends,
+            "start": {"position": [1.0, 0, 0]},
+            "replacements": [{"time": 1.0, "path": {"name": "circle", "radius": 1.2, "progress": "metres"}}],
+        }
+    ).certificates()
+    assert found["path"].flyable
+    assert found["replacements.0.path"].speed > 1.2 * found["path"].speed

@@ -157,9 +157,9 @@ class Mission:
 
     def _certificate(self, path: Path, reference: AnyReference) -> Certificate:
         speed = reference.fastest
-        if reference is self._reference and isinstance(self.file.reference, FeasibleSection):
+        if path is self._law.path and isinstance(self.file.reference, FeasibleSection):
             assert isinstance(reference, Profile)
-            speed = reference.slowest  # faster is the profile only where it has been found feasible
+            speed = reference.slowest  # faster is the profile only where it has been found feasible, on this path
         return certify(self._law.vehicle, path, speed, limits=self._limits, frame=self.frame)
 
     @property
