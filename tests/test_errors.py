@@ -13,6 +13,7 @@ CARRYING = [
     errors.SingularStartError("no thrust", {"thrust_N": 0.0}),
     errors.PredictionError("beyond a focal point", 1.5),
     errors.MissingExtraError("pyarrow", "data", "a table"),
+    errors.CompilerError("refuses", "step.log"),
     errors.PathError("stands still"),
 ]
 

@@ -93,6 +93,14 @@ class MissingExtraError(GammastarError, ImportError):
         self.extra = extra
 
 
+class CompilerError(GammastarError, RuntimeError):
+    """No C compiler answers, or it refuses what was generated; `log` is the file that holds its words."""
+
+    def __init__(self, message: str, log: Any) -> None:
+        super().__init__(message)
+        self.log = log
+
+
 def _restored(kind: type[GammastarError], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> GammastarError:
     error = kind.__new__(kind, *arguments)
     error.__dict__.update(attributes)

@@ -1,0 +1,172 @@
+"""A tape as readable C: one function, one line a value; a value is a number, or a vector of numbers that lie in lanes side by side.
+
+The lines are the same for both; what `real` and the functions are stands in a header before them, `c/scalar.h` or `c/lanes.h`.
+"""
+
+from __future__ import annotations
+
+import collections
+import functools
+import importlib.resources
+import math
+import re
+
+from gammastar.engine.tape import CONSTANT, INPUT, Tape
+from gammastar.errors import InputError
+
+REALS = ("double", "float")
+
+# How a value is written, of operands as numbers (x, y) or as truths (s, t).
+OPERATORS = {
+    "add": "{x} + {y}",
+    "sub": "{x} - {y}",
+    "mul": "{x} * {y}",
+    "div": "{x} / {y}",
+    "neg": "-{x}",
+    "sq": "{x} * {x}",
+    "twice": "{x} + {x}",
+    "inv": "{one} / {x}",
+}
+COMPARISONS = {"lt": "{x} < {y}", "le": "{x} <= {y}", "eq": "{x} == {y}", "ne": "{x} != {y}"}
+CONNECTIVES = {"not": "negated({s})", "and": "both({s}, {t})", "or": "either({s}, {t})"}
+OWN = ("if_else_zero", "fmin", "fmax", "sign")  # written by us for one lane too
+IN_LANES = (*OWN, "fabs", "copysign", "sqrt", "floor", "ceil", "sin", "cos", "exp", "expm1", "atan", "atan2")
+LIBRARY = (
+    *("fabs", "copysign", "sqrt", "floor", "ceil", "fmod", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
+    *("exp", "expm1", "log", "log1p", "pow", "hypot", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+)
+OWN_LINE = re.compile(r"static inline \w+ (\w+)\(")
+OF_TWO = ("copysign", "fmod", "atan2", "pow", "hypot")
+
+
+@functools.cache
+def part(name: str) -> str:
+    """Return the text of a file of `c/`."""
+    return (importlib.resources.files("gammastar.engine") / "c" / name).read_text(encoding="utf-8")
+
+
+def c_source(tape: Tape, name: str = "step", real: str = "double", lanes: int = 1) -> str:
+    """Return a C file whose one function `name(x0, x1, ..., y0, ...)` computes the results of a tape from its arguments.
+
+    Args:
+        tape: From `tape_of`.
+        name: Of the function.
+        real: 'double', or 'float' for one lane.
+        lanes: Numbers in a value.  Several take the vector extensions of gcc and clang; one is plain C99.
+    """
+    if real not in REALS or (real == "float" and lanes > 1) or lanes < 1:
+        raise InputError(f"C is written in double, or in float for one lane (got {real}, {lanes} lanes); choose double")
+    arguments = [f"const real *restrict x{k}" for k in range(len(tape.sizes))]
+    results = [f"real *restrict y{k}" for k in range(len(tape.outputs))]
+    head = f"void {name}({', '.join(arguments + results)}) {{"
+    read = {each.inputs[0] for each in tape.instructions if each.operation == INPUT}
+    unused = [f"    (void)x{k};" for k in range(len(tape.sizes)) if k not in read]
+    unused += [f"    (void)y{k};" for k, values in enumerate(tape.outputs) if not values]
+    body = "\n".join([head, *unused, *_lines(tape, real, lanes), "}", ""])
+    return _types(tape, real, lanes, body) + body
+
+
+def _types(tape: Tape, real: str, lanes: int, body: str) -> str:
+    """Return what stands before the function: the type, and the functions that it takes, for one lane no others."""
+    names = sorted({"pow" if each.operation == "constpow" else each.operation for each in tape.instructions})
+    if lanes == 1:
+        suffix = "f" if real == "float" else ""
+        taken = [f"#define real_{name} {name}{suffix}" for name in names if name in LIBRARY]
+        used = set(re.findall(r"\w+(?=\()", body))
+        own = [
+            line for line in part("scalar.h").splitlines() if not (found := OWN_LINE.match(line)) or found[1] in used
+        ]
+        return "\n".join([f"typedef {real} real;", *own, *taken, "", ""])
+    head = [f"#define LANES {lanes}", "typedef double real __attribute__((vector_size(8 * LANES)));", part("lanes.h")]
+    missing = [name for name in names if name in LIBRARY and name not in IN_LANES]
+    taken = [f"BY_LANE{'_OF_TWO' if name in OF_TWO else ''}({name})" for name in missing]
+    return "\n".join([*head, *taken, ""])
+
+
+def _lines(tape: Tape, real: str, lanes: int) -> list[str]:
+    """Return the statements, with each result stored as soon as it is known."""
+    wanted = dict[int, list[str]]()
+    for result, values in enumerate(tape.outputs):
+        for entry, value in enumerate(values):
+            wanted.setdefault(value, []).append(f"y{result}[{entry}]")
+    lines, write, inverted = list[str](), _Writer(tape, real, lanes), set[int]()
+    for k, each in enumerate(tape.instructions):
+        if each.operation not in (CONSTANT, INPUT):
+            if write.by_inverse(k) and each.inputs[1] not in inverted | tape.constants.keys():
+                inverted.add(each.inputs[1])
+                lines.append(f"    const real {write.inverse(each.inputs[1])} = 1.0 / {write.operand(each.inputs[1])};")
+            kind = "truth" if write.is_truth(k) else "real"
+            lines.append(f"    const {kind} v{k} = {write.expression(k)};")
+        lines.extend(f"    {place} = {write.number(k)};" for place in wanted.get(k, ()))
+    return lines
+
+
+def _is_inverted(divisor: float) -> bool:
+    """Return whether a constant divisor is worth its inverse: compilers multiply by that of a power of two by themselves."""
+    return 1e-290 < abs(divisor) < 1e290 and abs(math.frexp(divisor)[0]) != 0.5
+
+
+class _Writer:
+    """Writes the values of one tape as C expressions."""
+
+    def __init__(self, tape: Tape, real: str, lanes: int) -> None:
+        self.instructions, self.suffix = tape.instructions, "f" if real == "float" else ""
+        uses = collections.Counter(each.inputs[1] for each in tape.instructions if each.operation == "div")
+        several = {value for value, count in uses.items() if count > 1 and value not in tape.constants}
+        self.divisors = several | {v for v in uses if _is_inverted(tape.constants.get(v, 0.0))} if lanes > 1 else set()
+
+    def by_inverse(self, value: int) -> bool:
+        """Return whether a value is a quotient whose divisor's inverse is at hand: a vector division takes as long as twenty products."""
+        name, inputs, _ = self.instructions[value]
+        return name == "div" and inputs[1] in self.divisors
+
+    def inverse(self, divisor: int) -> str:
+        """Return the inverse of a divisor as C: a name, or the number itself."""
+        each = self.instructions[divisor]
+        return f"spread({self.literal(1 / each.constant)})" if each.operation == CONSTANT else f"r{divisor}"
+
+    def is_truth(self, value: int) -> bool:
+        """Return whether a value is a comparison or a connective."""
+        return self.instructions[value].operation in COMPARISONS | CONNECTIVES
+
+    def literal(self, value: float) -> str:
+        """Return a constant that reads back as the same number."""
+        if math.isnan(value):
+            return "NAN"
+        text = "INFINITY" if math.isinf(value) else re.sub(r"e([+-])0", r"e\1", repr(abs(value))) + self.suffix
+        return f"({'-'}{text})" if math.copysign(1.0, value) < 0 else text
+
+    def operand(self, value: int) -> str:
+        """Return a value as a number; a constant as its bare literal, which stands beside an operator only."""
+        each = self.instructions[value]
+        if each.operation == CONSTANT:
+            return self.literal(each.constant)
+        if each.operation == INPUT:
+            return f"x{each.inputs[0]}[{each.inputs[1]}]"
+        return f"number(v{value})" if self.is_truth(value) else f"v{value}"
+
+    def number(self, value: int) -> str:
+        """Return a value as a number of the type `real`."""
+        text = self.operand(value)
+        return f"spread({text})" if self.instructions[value].operation == CONSTANT else text
+
+    def truth(self, value: int) -> str:
+        """Return a value as a condition; NaN is true."""
+        return f"v{value}" if self.is_truth(value) else f"is_true({self.number(value)})"
+
+    def expression(self, value: int) -> str:
+        """Return what computes a value."""
+        name, inputs, _ = self.instructions[value]
+        name = "pow" if name == "constpow" else name
+        if self.by_inverse(value):
+            return f"quotient({self.number(inputs[0])}, {self.number(inputs[1])}, {self.inverse(inputs[1])})"
+        if name in CONNECTIVES:
+            return CONNECTIVES[name].format(**dict(zip("st", map(self.truth, inputs), strict=False)))
+        if pattern := (OPERATORS | COMPARISONS).get(name):
+            texts = [self.operand(each) for each in inputs]
+            if all(self.instructions[each].operation == CONSTANT for each in inputs):
+                texts[0] = self.number(inputs[0])
+            return pattern.format(**dict(zip("xy", texts, strict=False)), one=self.literal(1.0))
+        if name == "if_else_zero":
+            return f"real_if_else_zero({self.truth(inputs[0])}, {self.number(inputs[1])})"
+        return f"real_{name}({', '.join(self.number(each) for each in inputs)})"

@@ -1,0 +1,172 @@
+"""The machine's C compiler: which one answers, for which instructions it writes, and the libraries it has made, kept for later runs."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import functools
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from gammastar.errors import CompilerError
+
+KNOWN = ("gcc", "clang", "cc")
+TARGETS = (("-march=native",), ("-mcpu=native",), ())  # how a compiler is asked for this machine's instructions
+# Every operation is rounded by itself, as CasADi's machine does, and NaN stays NaN: nothing here changes a value.
+FLAGS = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared", "-fvisibility=hidden")
+WIDE = ("-mprefer-vector-width=512",)  # with AVX-512, of which compilers use half a register by themselves
+GCC = (
+    "-fschedule-insns",
+    "-fsched-pressure",
+)  # before registers are given out: a quarter faster; clang has no such flags
+LANES = {"__AVX512F__": 8, "__AVX__": 4, "__SSE2__": 2, "__ARM_NEON": 2}  # doubles in a vector register; 1 without any
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler that has answered."""
+
+    command: tuple[str, ...]
+    flags: tuple[str, ...]
+    macros: str  # that it defines: its version and the instructions it writes
+
+    @property
+    def lanes(self) -> int:
+        """Return how many doubles a vector register holds."""
+        defined = {line.split()[1] for line in self.macros.splitlines() if line.startswith("#define ")}
+        return next((count for macro, count in LANES.items() if macro in defined), 1)
+
+    def key(self, source: str) -> str:
+        """Return what names the library of a source: everything that its content depends on."""
+        return hashlib.sha256("\n".join([*self.command, *self.flags, self.macros, source]).encode()).hexdigest()[:32]
+
+
+def compiler() -> Compiler:
+    """Return the compiler that `CC` names, or the first one of gcc, clang and cc that answers.
+
+    Raises:
+        CompilerError: None does.
+    """
+    return _found(os.environ.get("CC", "").strip(), os.environ.get("PATH", ""))
+
+
+@functools.cache
+def _found(wanted: str, path: str) -> Compiler:
+    log = list[str]()
+    for command in [_words(wanted)] if wanted else [[name] for name in KNOWN if shutil.which(name, path=path)]:
+        for target in TARGETS:
+            asked = [*command, *target, "-dM", "-E", "-x", "c", os.devnull]
+            try:
+                answer = subprocess.run(asked, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+            except OSError as error:
+                log.append(f"{shlex.join(asked)}\n{error}")
+                continue
+            if answer.returncode == 0 and "#define __STDC__" in answer.stdout:
+                more = WIDE * ("__AVX512F__" in answer.stdout) + GCC * ("__clang__" not in answer.stdout)
+                return Compiler(tuple(command), (*FLAGS, *target, *more), answer.stdout)
+            log.append(f"{shlex.join(asked)}\n{answer.stdout[-2000:]}{answer.stderr[-2000:]}")
+    got = f"CC={wanted!r}, which does not answer as one" if wanted else f"none of {', '.join(KNOWN)} on PATH"
+    place = _stored("compiler.log", "\n".join(log or [f"PATH={path}"]).encode())
+    raise CompilerError(f"a C compiler must be there (got {got}; see {place}); install gcc or clang, or set CC", place)
+
+
+def _words(command: str) -> list[str]:
+    """Return the words of a command; one with an open quotation mark is a single word, which no program is called."""
+    try:
+        return shlex.split(command)
+    except ValueError:
+        return [command]
+
+
+@functools.cache
+def library(maker: Compiler, source: str) -> ctypes.CDLL:
+    """Return the library of a source, compiled or taken from an earlier run; calls into it release the interpreter lock.
+
+    Raises:
+        CompilerError: The compiler refuses the source.
+    """
+    key = maker.key(source)
+    for kept in _kept(key):
+        try:
+            return ctypes.CDLL(str(kept))
+        except OSError:  # of another system, say; made anew below
+            continue
+    made = _compiled(maker, key, source)
+    return ctypes.CDLL(str(_stored(f"{key}-{_digest(made)}.so", made)))
+
+
+def _compiled(maker: Compiler, key: str, source: str) -> bytes:
+    """Return the bytes of a new library; nothing half-made is ever seen outside a folder of its own."""
+    with tempfile.TemporaryDirectory(prefix="gammastar-") as place:
+        text, made = Path(place, "step.c"), Path(place, "step.so")
+        text.write_text(source, encoding="utf-8")
+        asked = [*maker.command, *maker.flags, str(text), "-o", str(made), "-lm"]
+        answer = subprocess.run(asked, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+        if answer.returncode == 0 and made.exists():
+            return made.read_bytes()
+    _stored(f"{key}.c", source.encode())
+    log = _stored(f"{key}.log", f"{shlex.join(asked)}\n{answer.stdout}{answer.stderr}".encode())
+    raise CompilerError(
+        f"{maker.command[0]} must compile the step (got exit code {answer.returncode}; see {log}); "
+        "set CC to another gcc or clang",
+        log,
+    )
+
+
+def cache_folder() -> Path:
+    """Return the user's folder for what can be made again, by the rules of the system."""
+    home = Path.home()
+    if given := os.environ.get("XDG_CACHE_HOME"):
+        base = Path(given)
+    elif sys.platform == "darwin":
+        base = home / "Library" / "Caches"
+    elif sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
+    else:
+        base = home / ".cache"
+    return base / "gammastar" / "native"
+
+
+@functools.cache
+def _temporary() -> Path:
+    """Return a folder of this process, for where the user's cannot be written."""
+    place = Path(tempfile.mkdtemp(prefix="gammastar-"))
+    atexit.register(shutil.rmtree, place, ignore_errors=True)
+    return place
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _kept(key: str) -> Iterator[Path]:
+    """Yield the libraries kept under a key whose content is what their name says: a broken one would end the process."""
+    for path in sorted(cache_folder().glob(f"{key}-*.so")):
+        try:
+            if path.stem.endswith(_digest(path.read_bytes())):
+                yield path
+        except OSError:  # taken away meanwhile
+            continue
+
+
+def _stored(name: str, content: bytes) -> Path:
+    """Write a file whole or not at all, in the user's cache or else in a temporary folder, and return where."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, draft = tempfile.mkstemp(dir=folder)
+    except OSError:
+        folder = _temporary()
+        handle, draft = tempfile.mkstemp(dir=folder)
+    with os.fdopen(handle, "wb") as file:
+        file.write(content)
+    os.replace(draft, folder / name)
+    return folder / name

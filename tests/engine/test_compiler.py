@@ -1,0 +1,178 @@
+"""The compiler and what it has made: compiled once, kept, made again when broken, and one clear sentence when there is none."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gammastar
+from engine import steps
+from gammastar import engine
+from gammastar.engine import compiler as module
+from gammastar.errors import CompilerError
+
+TWICE_AND_ONE = np.array([[3.0, 5.0, 7.0]])
+PROGRAM = textwrap.dedent(
+    """
+    import casadi as ca
+    import numpy as np
+    from gammastar import engine
+    state, given = ca.SX.sym("state"), ca.SX.sym("given")
+    step = ca.Function("tiny", [state, given], [2.0 * state + given, ca.SX(0, 1)])
+    print(engine.run(step, np.array([[1.0, 2.0, 3.0]]), lambda a, b: np.ones((1, b - a)), 1).tolist())
+    """
+)
+posix = pytest.mark.skipif(os.name != "posix", reason="a shell script stands for the compiler")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch) -> Path:
+    """Return an empty cache folder, in use for this test; nothing is remembered from earlier ones."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    forget()
+    yield tmp_path / "cache" / "gammastar" / "native"
+    forget()
+
+
+def forget() -> None:
+    """Forget what this process has found and loaded, as a new process would."""
+    module._found.cache_clear()
+    module.library.cache_clear()
+
+
+def flown() -> np.ndarray:
+    return engine.run(steps.tiny(2.0), np.array([[1.0, 2.0, 3.0]]), lambda a, b: np.ones((1, b - a)), 1)
+
+
+def compiler_that(tmp_path: Path, does: str) -> str:
+    """Return the path of a compiler that answers as the real one does, but does something else when it is to compile."""
+    script = tmp_path / "cc"
+    real = " ".join(module.compiler().command)
+    script.write_text(f'#!/bin/sh\ncase "$*" in *-shared*"-o"*) {does};; esac\nexec {real} "$@"\n')
+    script.chmod(0o755)
+    forget()
+    return str(script)
+
+
+def started(environment: dict[str, str]) -> subprocess.Popen:
+    """Start another process that runs the same step."""
+    source = str(Path(gammastar.__file__).parents[1])
+    command = [sys.executable, "-c", PROGRAM]
+    return subprocess.Popen(command, env=os.environ | environment | {"PYTHONPATH": source}, stdout=subprocess.PIPE)
+
+
+@steps.needs_compiler
+def test_a_step_is_compiled_once(cache: Path, monkeypatch) -> None:
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    assert [each.suffix for each in cache.iterdir()] == [".so"]
+    forget()
+    monkeypatch.setattr(module, "_compiled", None)
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+
+
+@steps.needs_compiler
+@pytest.mark.parametrize("damage", ["cut", "empty", "changed", "removed"])
+def test_a_broken_entry_is_made_again(damage: str, cache: Path) -> None:
+    flown()
+    (kept,) = cache.iterdir()
+    content = kept.read_bytes()
+    kept.unlink()  # a new file: the old one is still loaded here
+    broken = {"cut": content[:5000], "empty": b"", "changed": content.replace(b"\x7fELF", b"FLE\x7f")}
+    if damage != "removed":
+        kept.write_bytes(broken[damage])
+    forget()
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    assert [each.read_bytes() == content for each in cache.iterdir()] == [True]
+
+
+@steps.needs_compiler
+def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    assert (tmp_path / "file").read_text() == "no folder"
+
+
+@steps.needs_compiler
+def test_another_compiler_or_machine_has_libraries_of_its_own() -> None:
+    found = module.compiler()
+    other = module.Compiler(found.command, found.flags, found.macros + "#define __AVX1024F__ 1\n")
+    assert found.key("source") != other.key("source")
+    assert found.key("source") != found.key("other source")
+
+
+@pytest.mark.parametrize(("macro", "lanes"), [*module.LANES.items(), ("__riscv", 1)])
+def test_lanes_are_as_many_as_a_register_holds(macro: str, lanes: int) -> None:
+    assert module.Compiler(("cc",), (), f"#define __STDC__ 1\n#define {macro} 1\n").lanes == lanes
+
+
+@steps.needs_compiler
+def test_two_processes_may_compile_at_once(cache: Path) -> None:
+    both = [started({}) for _ in range(2)]
+    assert [each.communicate(timeout=60)[0] for each in both] == [b"[[3.0, 5.0, 7.0]]\n"] * 2
+    assert [each.suffix for each in cache.iterdir()] == [".so"]
+
+
+@posix
+@steps.needs_compiler
+def test_a_process_that_is_killed_while_it_compiles_leaves_nothing_behind_that_matters(
+    cache: Path, tmp_path: Path, monkeypatch
+) -> None:
+    waiting = tmp_path / "waiting"
+    command = compiler_that(tmp_path, f"touch {waiting}; exec sleep 20")
+    killed = started({"CC": command, "TMPDIR": str(tmp_path)})
+    for _ in range(600):
+        if waiting.exists():
+            break
+        time.sleep(0.05)
+    assert waiting.exists()
+    killed.send_signal(signal.SIGKILL)
+    killed.communicate(timeout=60)
+    compiler_that(tmp_path, ":")
+    monkeypatch.setenv("CC", command)
+    forget()
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    assert [each.suffix for each in cache.iterdir()] == [".so"]
+
+
+@pytest.mark.parametrize("command", ["no-such-compiler -O2", "echo", "'", sys.executable])
+def test_nonsense_in_cc_is_one_sentence(command: str, monkeypatch) -> None:
+    monkeypatch.setenv("CC", command)
+    with pytest.raises(CompilerError, match=r"must be there \(got CC=.*; install gcc or clang, or set CC$") as caught:
+        flown()
+    assert "-dM" in Path(caught.value.log).read_text()
+    assert str(caught.value.log) in str(caught.value)
+
+
+def test_no_compiler_is_one_sentence(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(CompilerError, match="none of gcc, clang, cc on PATH"):
+        flown()
+
+
+@posix
+@steps.needs_compiler
+def test_what_a_compiler_says_against_a_step_is_kept(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", compiler_that(tmp_path, "echo the disk is full >&2; exit 3"))
+    with pytest.raises(CompilerError, match=r"must compile the step \(got exit code 3; see .*\.log\)") as caught:
+        flown()
+    assert "the disk is full" in Path(caught.value.log).read_text()
+    assert "void step" in Path(caught.value.log).with_suffix(".c").read_text()
+
+
+@posix
+@steps.needs_compiler
+def test_words_in_cc_are_its_options(monkeypatch) -> None:
+    real = module.compiler().command
+    monkeypatch.setenv("CC", " ".join([*real, "-DTHIRD=3"]))
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    assert module.compiler().command == (*real, "-DTHIRD=3")
