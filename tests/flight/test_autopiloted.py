@@ -22,6 +22,7 @@ from gammastar import (
     Status,
     Vehicle,
     Wind,
+    certify,
     design,
     errors,
     fly,
@@ -173,6 +174,24 @@ def test_commands_and_thrust_states_stay_within_the_limits_from_upside_down() ->
     assert set(np.unique(record.autopilot.given_up)) <= {0, 1, 2, 3, 4}
     assert record.autopilot.given_up.max() >= 2  # limits were met
     assert steady(record) < 1e-4
+
+
+def test_a_speed_above_what_the_rotors_can_fly_costs_speed_and_not_the_path() -> None:
+    """Design: give up speed along the path first.  15 % above the largest constant speed the vehicle is slower, and on the path."""
+    largest = certify(WEAK, CIRCLE, 1.0).allowed_speeds[0][1]
+    record = flown(WEAK, poles=-5, speed=1.15 * largest, start=State((1.0, 0, 0)), approach=Approach(), duration=15.0)
+    late = record.time > 7.5
+    assert record.distance[late].max() < 1e-2
+    assert record.tangential_state[late, 1].max() < 1.05 * largest
+    slower = flown(WEAK, poles=-5, speed=0.97 * largest, start=State((1.0, 0, 0)), approach=Approach(), duration=15.0)
+    assert slower.tangential_state[late, 1] == pytest.approx(0.97 * largest, rel=0.02)
+
+
+def test_a_vehicle_that_turns_over_keeps_its_speed_along_the_path() -> None:
+    """Being short of thrust while it turns over is not the fault of the speed: the reference is not slowed for that."""
+    record = flown(WEAK, poles=-4, speed=0.5, start=State((1.5, 0, -0.5), attitude=so3.roll(178)), duration=8.0)
+    assert record.autopilot.given_up.max() >= 3
+    assert record.tangential_state[record.time > 6, 1] == pytest.approx(0.5, rel=1e-3)
 
 
 def test_the_observer_tells_the_unknown_acceleration() -> None:

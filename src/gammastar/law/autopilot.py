@@ -33,6 +33,11 @@ from gammastar.law.thrust_states import SIZE as THRUST_SIZE
 from gammastar.law.thrust_states import ThrustStates
 from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
+SLOWING = 6.0  # [1/s] at which the speed along the path is given up while thrust is short ...
+RESUMING = 0.1  # [1/s] ... and asked for again afterwards
+GUILTY = 0.2  # of the most thrust, from which the bend of the path counts as the reason
+NO_CEILING = 1e30  # [N]
+SHORT = 1e-6  # of the wanted thrust, by which less counts as short
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
 MOST_PENDING = 100  # control intervals of latency; the law looks ahead through every one of them
 TELEMETRY = {"input": 4, "waiting": 1, "constrained": 1, "given_up": 1, "unknown": 12, "position": 3}
@@ -98,6 +103,7 @@ class Autopilot:
         return {
             "parameter": 1,  # of the path, as tracked
             "waiting": 1,
+            "pace": 1,  # share of the speed along the path that is asked for
             "thrust": THRUST_SIZE,
             "held": 4,  # wrench reached in the interval before [N, N m], or thrust and body rates commanded [N, rad/s]
             "actuation": self.actuation.size,
@@ -119,6 +125,7 @@ class Autopilot:
         parts = {
             "parameter": [parameter],
             "waiting": [float(self.guidance.starts_waiting(state, parameter))],
+            "pace": [1.0],
             "thrust": self.thrust_states.start(state[18], state[19]),
             "held": wrench,
             "actuation": self.actuation.start(state[18]),
@@ -153,18 +160,19 @@ class Autopilot:
         seen, later = self._predicted(now, told, history, unknown)
         tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
         parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
-        at = (seen, parameter, waiting, time + self.horizon, around, later)
+        at = (seen, parameter, waiting, time + self.horizon, around, later, now["pace"])
         if self.law.interface == "rates":
             slow = decide_by_rates(self.guidance, *at)
-            thrust, given, told_input = self._actuated_by_rates(now, slow)
-            parameter_rate, constrained = slow.parameter_rate, slow.constrained
+            thrust, given, told_input, short = self._actuated_by_rates(now, slow)
+            parameter_rate, constrained, turning = slow.parameter_rate, slow.constrained, slow.turning
         else:
             decision = self.guidance.decide(*at)
-            thrust, given, told_input = self._actuated(now, decision)
-            parameter_rate, constrained = decision.parameter_rate, decision.constrained
+            thrust, given, told_input, short = self._actuated(now, decision)
+            parameter_rate, constrained, turning = decision.parameter_rate, decision.constrained, decision.turning
         parts = {
             "parameter": parameter + self.interval * parameter_rate,
             "waiting": waiting,
+            "pace": self._paced(now["pace"], short, turning),
             "thrust": thrust,
             "held": given.reached,
             "actuation": given.memory,
@@ -182,6 +190,15 @@ class Autopilot:
         }
         telemetry = ca.vertcat(*(told_of[name] for name in TELEMETRY))
         return Stepped(ca.vertcat(*(parts[name] for name in self.sizes)), given.command, telemetry, parameter, waiting)
+
+    def _paced(self, pace: Any, short: Any, turning: Any) -> Any:
+        """Graph: return the pace of the next interval: slower while thrust is short, and slowly back to the whole speed.
+
+        Only where the bend of the path takes some of the thrust: a vehicle that turns over has less than it wants at any speed.
+        """
+        guilty = turning * self.vehicle.moved_mass > GUILTY * min(self.thrust_range[1], NO_CEILING)
+        rate = ca.if_else(ca.logic_and(short, guilty), -SLOWING, RESUMING * (1 - pace))
+        return ca.fmin(ca.fmax(pace + self.interval * rate, 0), 1)
 
     @property
     def dearest_along(self) -> float:
@@ -218,17 +235,17 @@ class Autopilot:
         moved = self.belief.lookahead.moved(moved, first, last, delay, ahead(unknown, waited))
         return moved, ahead(unknown, waited + delay)
 
-    def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any]:
-        """Graph: return the next thrust states, what is given, and the input that this means."""
+    def _actuated_by_rates(self, now: dict[str, Any], decision: RateDecision) -> tuple[Any, Given, Any, Any]:
+        """Graph: return the next thrust states, what is given, the input that this means, and whether thrust is short."""
         least, most = self.thrust_states.bounds(now["thrust"])
         thrust_rate = ca.fmin(ca.fmax(decision.thrust_rate, least), most)
         thrust = self.thrust_states.advanced(now["thrust"], None, thrust_rate)
         command = ca.vertcat((now["thrust"][0] + thrust[0]) / 2, decision.rates)
         given = Given(command, ca.SX(0, 1), command, command, ca.SX(0), 3 * (thrust_rate != decision.thrust_rate))
-        return thrust, given, ca.vertcat(0, decision.rates)
+        return thrust, given, ca.vertcat(0, decision.rates), decision.thrust_rate > most
 
-    def _actuated(self, now: dict[str, Any], decision: Decision) -> tuple[Any, Given, Any]:
-        """Graph: return the next thrust states, what is given, and the input SX (4,) that this means."""
+    def _actuated(self, now: dict[str, Any], decision: Decision) -> tuple[Any, Given, Any, Any]:
+        """Graph: return the next thrust states, what is given, the input SX (4,) that this means, and whether thrust is short."""
         (zeta1, _), (least, most) = self.thrust_states.seen(now["thrust"]), self.thrust_states.bounds(now["thrust"])
         along = decision.along()
         base, direction = ca.vertcat(zeta1, decision.free[1:]), ca.vertcat(0, along[1:])
@@ -237,9 +254,11 @@ class Autopilot:
         given = self.actuation.give(
             now["actuation"], base, direction, ca.SX(0), [limits], (-most_along, most_along), self.interval
         )
-        thrust_ddot = ca.fmin(ca.fmax(decision.free[0] + along[0] * given.along, least), most)
+        wanted = decision.free[0] + along[0] * given.along
+        thrust_ddot = ca.fmin(ca.fmax(wanted, least), most)
         thrust = self.thrust_states.advanced(now["thrust"], given.reached[0], thrust_ddot)
-        return thrust, given, ca.vertcat(thrust_ddot, given.reached[1:])
+        short = ca.logic_or(wanted > most, given.reached[0] < (1 - SHORT) * zeta1)
+        return thrust, given, ca.vertcat(thrust_ddot, given.reached[1:]), short
 
     def function(self) -> Any:
         """Return the function (state, measurement (22,), time, reference data) -> (next state, command, telemetry) for use by itself.

@@ -100,6 +100,7 @@ class Feedback:
         yaw: Any,
         holds_position: bool,
         unknown: Unknown = NOTHING,
+        pace: Any = 1,
     ) -> Control:
         """Graph: return the input at a state.
 
@@ -111,20 +112,25 @@ class Feedback:
             yaw: Constant reference of beta(r), or SX (2,) with its rate, or a heading.
             holds_position: Whether the reference coordinate counts, or only its derivatives.
             unknown: What acts on the vehicle beyond its model.
+            pace: Share of the reference's speed that is asked for.
         """
         linearization = linearize(self.vehicle, self.path, state, place, self.yaw_output, unknown)
-        wanted = self._wanted(linearization.outputs, reference, holds_position, 4)
+        wanted = self._wanted(linearization.outputs, reference, holds_position, 4, pace)
         yaw_rate = self._yaw_rate(yaw, state, place, linearization.outputs.tangential[1], linearization.yaw_value)
         rates = (*wanted, yaw_rate)
         return Control(linearization.input_for(*rates), linearization, rates)
 
-    def _wanted(self, outputs: PathOutputs, reference: Any, holds_position: bool, order: int) -> tuple[Any, Any]:
+    def _wanted(
+        self, outputs: PathOutputs, reference: Any, holds_position: bool, order: int, pace: Any
+    ) -> tuple[Any, Any]:
         """Graph: return the derivatives of an order, four or three, that the transverse and tangential outputs are to have."""
         if callable(reference):
             reference = reference(outputs.tangential)
+        reference = ca.vertcat(reference[0], pace * reference[1:])
         if self.approach is not None:
             reference = ca.vertcat(reference[0], slowed(outputs.transverse[:, 0], self.longest_error) * reference[1:])
         transverse, error = outputs.transverse[:, :order], outputs.tangential[:order] - reference[:order]
+        error = ca.vertcat(pace * error[0], error[1:])
         if self.approach is not None:
             transverse = ca.horzcat(bounded(transverse[:, 0], self.longest_error), transverse[:, 1:])
             along = self.longest_error * ca.norm_2(outputs.tangential_gradient)
@@ -140,6 +146,7 @@ class Feedback:
         reference: Any,
         holds_position: bool,
         unknown: Unknown = NOTHING,
+        pace: Any = 1,
     ) -> RateControl:
         """Graph: return the thrust rate and the body rates about the first two axes at a state, for a law with the interface 'rates'.
 
@@ -149,7 +156,7 @@ class Feedback:
         still = ca.SX.zeros(3)
         series = [state.position, state.velocity, self.vehicle.acceleration(state, unknown), still]
         outputs = self.path.outputs(Series.from_derivatives(series), place)
-        transverse, tangential = self._wanted(outputs, reference, holds_position, 3)
+        transverse, tangential = self._wanted(outputs, reference, holds_position, 3, pace)
         jerk = outputs.snap(
             outputs.transverse_drift + transverse - outputs.transverse[:, 3],
             outputs.tangential_drift + tangential - outputs.tangential[3],

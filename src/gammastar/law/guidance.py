@@ -18,6 +18,8 @@ from gammastar.path import ParametricPath
 from gammastar.vehicle import NOTHING, StateGraph, Unknown, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
+UNKNOWN_BEND = 1e30  # [m/s^2]
+
 
 @dataclass(frozen=True, eq=False)
 class Decision:
@@ -27,6 +29,7 @@ class Decision:
     free: Any  # SX (4,), the same without that floor
     along: Callable[[], Any]  # graph SX (4,): what `free` gains by one unit of the highest derivative along the path
     per_metre: Any  # SX, path parameter per metre of the vehicle's motion along the path
+    turning: Any  # SX [m/s^2], what the bend of the path asks for at the speed along it
     parameter_rate: Any  # SX, of the tracked path parameter; zero while the target waits
     constrained: Any  # SX, 1 where the approach bends the linear law: target waiting, error cut or thrust on its way to the floor
 
@@ -61,18 +64,19 @@ class Guidance:
         time: Any,
         around: Surroundings,
         unknown: Unknown = NOTHING,
+        pace: Any = 1,
     ) -> Decision:
-        """Graph: return the input at a state in the mode that holds, waiting (1) or following (0)."""
+        """Graph: return the input at a state in the mode that holds, waiting (1) or following (0), at a share of the speed asked for."""
         law, place, over_progress = self.law, ca.vertcat(parameter, around.path), self.reference.over_progress
 
         def reference(tangential: Any) -> Any:
             return wanted(over_progress, time, tangential, around.reference)
 
-        control = law.control(state, place, reference, self.yaw, self.reference.holds_position, unknown)
+        control = law.control(state, place, reference, self.yaw, self.reference.holds_position, unknown, pace)
         outputs = control.linearization.outputs
-        per_metre = ca.norm_2(outputs.tangential_gradient)
+        per_metre, turning = ca.norm_2(outputs.tangential_gradient), bend(law, place, outputs.tangential[1])
         if law.approach is None:
-            return Decision(control.input, control.input, control.along, per_metre, outputs.tangential[1], 0)
+            return Decision(control.input, control.input, control.along, per_metre, turning, outputs.tangential[1], 0)
         waited = law.wait(state, place, self.yaw, unknown)
         free = chosen(waiting, waited, control.input)
         kept = floored(state, free, law.approach.floor(law.vehicle))
@@ -82,7 +86,9 @@ class Guidance:
         def along() -> Any:
             return chosen(waiting, ca.SX.zeros(4), control.along())
 
-        return Decision(kept, free, along, per_metre, ca.if_else(waiting, 0, outputs.tangential[1]), constrained)
+        return Decision(
+            kept, free, along, per_metre, turning, ca.if_else(waiting, 0, outputs.tangential[1]), constrained
+        )
 
     def mode(self, state: StateGraph, parameter: Any, waiting: Any, data: Any) -> tuple[Any, Any]:
         """Graph: return the parameter to use and whether the target waits, from what held until now."""
@@ -116,6 +122,13 @@ class Guidance:
         """Return the function (state, place) -> margin that decides whether a flight starts by waiting."""
         state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
         return ca.Function("entry", [state, place], [self._entering(split(state), place)[0]])
+
+
+def bend(law: Law, place: Any, parameter_rate: Any) -> Any:
+    """Graph: return |sigma''| times the square of the parameter's rate [m/s^2]; of an implicit path, which has no jet, no bound of it."""
+    if not isinstance(law.path, ParametricPath):
+        return ca.SX(UNKNOWN_BEND)
+    return ca.norm_2(law.path.jet(place, 2)[2]) * parameter_rate**2
 
 
 def chosen(condition: Any, first: Any, second: Any) -> Any:
