@@ -40,6 +40,7 @@ QUADROTOR = dataclasses.replace(IDEAL, rotors=ROTORS)
 WEAK = dataclasses.replace(
     IDEAL, rotors=dataclasses.replace(ROTORS, fastest=float(np.sqrt(2 * 0.5 * G / 4 / 5.57e-6)))
 )  # thrust-to-weight 2
+DRAGGED = dataclasses.replace(QUADROTOR, forces=[LinearDrag(0.1)])
 CIRCLE = paths.circle(radius=1.0)
 START = State((1.5, 0, -0.5))
 
@@ -203,7 +204,7 @@ def test_the_observer_tells_the_unknown_acceleration() -> None:
 def test_the_same_seed_gives_the_same_bytes_and_another_one_does_not() -> None:
     sensors, wind = Sensors(position=Channel(0.01, rate=50, dropout=0.1)), Wind((1, 0, 0), Gusts(0.5, 1.0))
     first, again, other = (
-        flown(QUADROTOR, poles=-3, duration=1.0, sensors=sensors, wind=wind, seed=seed).state for seed in (1, 1, 2)
+        flown(DRAGGED, poles=-3, duration=1.0, sensors=sensors, wind=wind, seed=seed).state for seed in (1, 1, 2)
     )
     assert first.tobytes() == again.tobytes()
     assert first.tobytes() != other.tobytes()
@@ -212,8 +213,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_does_not() -> None:
 def test_what_a_flight_has_flown_does_not_depend_on_how_long_it_goes_on() -> None:
     sensors, wind = Sensors(position=Channel(0.01, rate=50, dropout=0.1)), Wind((1, 0, 0), Gusts(0.5, 1.0))
     short, long = (
-        flown(QUADROTOR, poles=-3, duration=duration, sensors=sensors, wind=wind, seed=3).state
-        for duration in (1.0, 2.0)
+        flown(DRAGGED, poles=-3, duration=duration, sensors=sensors, wind=wind, seed=3).state for duration in (1.0, 2.0)
     )
     assert short.tobytes() == long[: len(short)].tobytes()
 
@@ -239,6 +239,8 @@ def test_an_autopilot_needs_samples_and_says_so() -> None:
         flown(dataclasses.replace(QUADROTOR, latency=10.0))
     with pytest.raises(errors.InputError, match="rate bandwidth must be at most 500 rad/s"):
         fly(design(dataclasses.replace(IDEAL, rate_bandwidth=1e9), CIRCLE, -3, interface="rates"), START, speed=1.0)
+    with pytest.raises(errors.InputError, match="wind needs a vehicle that feels it"):
+        flown(QUADROTOR, wind=Wind((3, 0, 0)))
     with pytest.raises(errors.InputError, match="wind must be a Wind"):
         flown(QUADROTOR, wind=(3, 0, 0))
 

@@ -105,6 +105,10 @@ class Conditions:
             raise InputError(
                 "the vehicle that flies must take the commands of the one believed in (got other rotors); give both as many rotors"
             )
+        if self.wind is not None and not truth.feels_the_air:
+            raise InputError(
+                "wind needs a vehicle that feels it (got one whose forces do not depend on the air); give drag to the vehicle that flies"
+            )
         if law.interface == "rates":
             for vehicle in (law.vehicle, truth):
                 if vehicle.rate_bandwidth * interval > 1:

@@ -99,6 +99,11 @@ class Vehicle:
         return abs(self.mass * self.gravity - lift)
 
     @property
+    def feels_the_air(self) -> bool:
+        """Return whether a force may depend on the motion through the air, so that wind makes a difference."""
+        return any(not isinstance(force, Buoyancy) for force in self.forces)
+
+    @property
     def moved_mass(self) -> float:
         """Return the mass [kg] that a force accelerates: the vehicle's and that of the fluid moving along."""
         return self.mass + self.added_mass
