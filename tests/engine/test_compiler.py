@@ -62,11 +62,12 @@ def compiler_that(tmp_path: Path, does: str) -> str:
     return str(script)
 
 
-def started(environment: dict[str, str]) -> subprocess.Popen:
+def started(environment: dict[str, str], program: str = PROGRAM) -> subprocess.Popen:
     """Start another process that runs the same step."""
     source = str(Path(gammastar.__file__).parents[1])
-    command = [sys.executable, "-c", PROGRAM]
-    return subprocess.Popen(command, env=os.environ | environment | {"PYTHONPATH": source}, stdout=subprocess.PIPE)
+    command = [sys.executable, "-c", program]
+    environment = os.environ | environment | {"PYTHONPATH": source}
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
 
 
 @steps.needs_compiler
@@ -99,6 +100,29 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path, monkeypa
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert np.array_equal(flown(), TWICE_AND_ONE)
     assert (tmp_path / "file").read_text() == "no folder"
+
+
+@steps.needs_compiler
+def test_a_user_without_a_home_is_served(monkeypatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(module.Path, "home", homeless)
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+
+
+@pytest.mark.parametrize(
+    ("platform", "folder"),
+    [("linux", ".cache"), ("darwin", "Library/Caches"), ("win32", "AppData/Local")],
+)
+def test_the_cache_lies_where_the_system_wants_it(platform: str, folder: str, tmp_path: Path, monkeypatch) -> None:
+    """And a relative XDG_CACHE_HOME is passed over, as its rules ask."""
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    monkeypatch.setattr(module.Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(module.sys, "platform", platform)
+    assert module.cache_folder() == tmp_path / folder / "gammastar" / "native"
 
 
 @steps.needs_compiler
@@ -167,6 +191,27 @@ def test_what_a_compiler_says_against_a_step_is_kept(tmp_path: Path, monkeypatch
         flown()
     assert "the disk is full" in Path(caught.value.log).read_text()
     assert "void step" in Path(caught.value.log).with_suffix(".c").read_text()
+
+
+@posix
+@steps.needs_compiler
+def test_an_interrupt_is_heard_within_a_second(tmp_path: Path) -> None:
+    """Of a run that would take a minute: control comes back to Python between chunks."""
+    ready = tmp_path / "ready"
+    program = PROGRAM.replace("np.array([[1.0, 2.0, 3.0]])", "np.ones((1, 4096))").replace(
+        ", 1).tolist", ", 10**8).tolist"
+    )
+    program = program.replace("np.ones((1, b - a))", f"(open({str(ready)!r}, 'w').close(), np.ones((1, b - a)))[1]")
+    running = started({}, program)
+    for _ in range(600):
+        if ready.exists():
+            break
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    begin = time.perf_counter()
+    running.communicate(timeout=60)
+    assert time.perf_counter() - begin < 1
+    assert running.returncode != 0
 
 
 @posix

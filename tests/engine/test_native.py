@@ -65,6 +65,19 @@ def test_how_a_run_is_cut_into_chunks_does_not_matter(monkeypatch) -> None:
     assert told == [7, 14, 21, 28, 35, 42, 49, 50]
 
 
+def test_columns_are_asked_for_a_few_at_a_time() -> None:
+    """However many steps and however few lanes: memory does not grow with the steps."""
+    asked: list[int] = []
+
+    def exogenous(first: int, end: int) -> np.ndarray:
+        asked.append(end - first)
+        return np.ones((1, end - first))
+
+    assert engine.run(steps.tiny(1.0), np.zeros((1, 1)), exogenous, 1_000_000).item() == 1_000_000
+    assert sum(asked) == 1_000_000
+    assert max(asked) <= native.LONGEST
+
+
 def test_no_steps_and_no_lanes_leave_the_start() -> None:
     step = steps.tiny(2.0)
     start = np.array([[1.0, 2.0]])

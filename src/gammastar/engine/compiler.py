@@ -122,16 +122,19 @@ def _compiled(maker: Compiler, key: str, source: str) -> bytes:
 
 
 def cache_folder() -> Path:
-    """Return the user's folder for what can be made again, by the rules of the system."""
-    home = Path.home()
-    if given := os.environ.get("XDG_CACHE_HOME"):
-        base = Path(given)
-    elif sys.platform == "darwin":
-        base = home / "Library" / "Caches"
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
-    else:
-        base = home / ".cache"
+    """Return the user's folder for what can be made again, by the rules of the system; a temporary one for a user without a home."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    try:
+        if given.is_absolute():  # the rules ask to pass over another one
+            base = given
+        elif sys.platform == "darwin":
+            base = Path.home() / "Library" / "Caches"
+        elif sys.platform == "win32":
+            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        else:
+            base = Path.home() / ".cache"
+    except RuntimeError:
+        base = _temporary()
     return base / "gammastar" / "native"
 
 

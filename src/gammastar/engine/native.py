@@ -14,7 +14,8 @@ from gammastar.engine.compiler import compiler, library
 from gammastar.engine.tape import Tape, tape_of
 from gammastar.errors import InputError, ShapeError
 
-WORK = 10**9  # operations between two looks at interruptions: less than a second
+WORK = 10**8  # operations between two looks at interruptions: a tenth of a second where nothing is vectorised
+LONGEST = 10_000  # steps between two looks, so that columns take little memory however few the lanes
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class NativeStep:
         if now.ndim != 2 or now.shape[0] != size:
             raise ShapeError(f"states must be ({size}, lanes) (got {np.shape(states)}); give a column a lane")
         lanes, done = now.shape[1], 0
-        chunk = max(1, WORK // max(1, lanes * self.tape.operations))
+        chunk = min(LONGEST, max(1, WORK // max(1, lanes * self.tape.operations)))
         while done < steps and lanes:
             count = min(chunk, steps - done)
             columns = np.asarray(exogenous(done, done + count), dtype=float)

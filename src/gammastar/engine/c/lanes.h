@@ -2,6 +2,9 @@
  *
  * Sines, exponentials and the arctangent follow the polynomials of Sun's fdlibm, without branches; their relative error is below
  * 1e-15.  NaN in, NaN out, in its own lane.  What is rare goes through the C library lane by lane.
+ *
+ * fdlibm: Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved.  Developed at SunPro, a Sun Microsystems, Inc. business.
+ * Permission to use, copy, modify, and distribute this software is freely granted, provided that this notice is preserved.
  */
 #include <math.h>
 
