@@ -239,6 +239,9 @@ def test_an_autopilot_needs_samples_and_says_so() -> None:
         flown(dataclasses.replace(QUADROTOR, latency=10.0))
     with pytest.raises(errors.InputError, match="rate bandwidth must be at most 500 rad/s"):
         fly(design(dataclasses.replace(IDEAL, rate_bandwidth=1e9), CIRCLE, -3, interface="rates"), START, speed=1.0)
+    slow = dataclasses.replace(QUADROTOR, rotors=dataclasses.replace(ROTORS, fastest=450.0))
+    with pytest.raises(errors.InputError, match="rotors must be able to carry the vehicle"):
+        flown(slow)
     with pytest.raises(errors.InputError, match="wind needs a vehicle that feels it"):
         flown(QUADROTOR, wind=Wind((3, 0, 0)))
     with pytest.raises(errors.InputError, match="wind must be a Wind"):

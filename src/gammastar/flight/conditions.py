@@ -105,6 +105,12 @@ class Conditions:
             raise InputError(
                 "the vehicle that flies must take the commands of the one believed in (got other rotors); give both as many rotors"
             )
+        rotors = law.vehicle.rotors if law.interface == "wrench" else None
+        if rotors is not None and not law.vehicle.feels_the_air and rotors.thrust_range[1] <= law.vehicle.weight:
+            raise InputError(
+                f"rotors must be able to carry the vehicle (got {rotors.thrust_range[1]:.4g} N at most, and a weight of "
+                f"{law.vehicle.weight:.4g} N); check the thrust coefficient and the fastest speed, in rad/s"
+            )
         if self.wind is not None and not truth.feels_the_air:
             raise InputError(
                 "wind needs a vehicle that feels it (got one whose forces do not depend on the air); give drag to the vehicle that flies"

