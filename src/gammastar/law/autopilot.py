@@ -35,7 +35,7 @@ from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
 SLOWING = 6.0  # [1/s] at which the speed along the path is given up while thrust is short ...
 RESUMING = 0.1  # [1/s] ... and asked for again afterwards
-GUILTY = 0.2  # of the most thrust, from which the bend of the path counts as the reason
+BEND_SHARE = 0.2  # of the most thrust, from which the bend of the path counts as the reason
 NO_CEILING = 1e30  # [N]
 SHORT = 1e-6  # of the wanted thrust, by which less counts as short
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
@@ -196,8 +196,8 @@ class Autopilot:
 
         Only where the bend of the path takes some of the thrust: a vehicle that turns over has less than it wants at any speed.
         """
-        guilty = turning * self.vehicle.moved_mass > GUILTY * min(self.thrust_range[1], NO_CEILING)
-        rate = ca.if_else(ca.logic_and(short, guilty), -SLOWING, RESUMING * (1 - pace))
+        bends = turning * self.vehicle.moved_mass > BEND_SHARE * min(self.thrust_range[1], NO_CEILING)
+        rate = ca.if_else(ca.logic_and(short, bends), -SLOWING, RESUMING * (1 - pace))
         return ca.fmin(ca.fmax(pace + self.interval * rate, 0), 1)
 
     @property
