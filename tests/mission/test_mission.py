@@ -46,7 +46,7 @@ def test_paths_have_the_names_of_their_factories() -> None:
 
 
 def test_every_reference_can_be_named() -> None:
-    assert list(REFERENCES) == ["speed", "ramp", "point", "stop", "profile", "legs"]
+    assert list(REFERENCES) == ["speed", "ramp", "point", "stop", "profile", "legs", "feasible"]
 
 
 def test_noise_has_the_channels_of_the_sensors() -> None:
@@ -367,6 +367,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "stop": {"speed": 1, "coordinate": 30, "braking_time": 1},
     "profile": {"points": [[0, 1], [2, 0.5]], "over": "progress"},
     "legs": {"legs": [{"speed": 1, "to": 2, "hold": 1}, {"speed": -1}]},
+    "feasible": {"speed": 1},
 }
 
 

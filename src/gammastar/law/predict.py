@@ -252,6 +252,7 @@ def _position_step(path: Path) -> Any:
     return ca.Function("position", [guess, ca.vertcat(ca.vec(xi), eta, data)], ca.cse(results))
 
 
+@np.errstate(over="ignore")  # a speed beyond all bounds demands infinite rates
 def _thrust(
     vehicle: Vehicle, derivatives: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
