@@ -14,7 +14,7 @@ from types import ModuleType
 import gammastar
 
 REPOSITORY = Path(__file__).parents[1]
-HEAVY = {"matplotlib", "sympy", "pyarrow", "plotly", "pandas"}
+HEAVY = {"scipy", "matplotlib", "sympy", "pyarrow", "plotly", "pandas"}
 
 
 def project() -> dict:
@@ -76,7 +76,7 @@ def test_import_loads_nothing_but_the_package() -> None:
 
 
 def test_import_loads_no_heavy_library() -> None:
-    code = "import json, sys, gammastar; gammastar.fly; print(json.dumps(list(sys.modules)))"
+    code = "import json, sys, gammastar; gammastar.fly, gammastar.mission; print(json.dumps(list(sys.modules)))"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, check=True, cwd=Path(gammastar.__file__).parents[1]
     )

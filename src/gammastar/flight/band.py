@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse
-import scipy.special
 
 from gammastar import engine
 from gammastar.checks import instance, number
@@ -162,6 +160,8 @@ def _covariances(
     loop: AutopilotLoop, states: np.ndarray, outside: np.ndarray, begin: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the covariances (n, 3, 3) of the position and variances (n, rotors) of speeds from row `begin` on, where noise sets in."""
+    from scipy.sparse import csr_array
+
     step, kept = loop.step(), _kept(loop)
     errors = [4 + 6 * channel + axis for channel in range(4) for axis in range(3)]  # rows of what comes from outside
     flags = [row + 3 for row in errors]
@@ -175,7 +175,7 @@ def _covariances(
         taken, A, B = known.get(fresh.tobytes(), (-1, P, P))
         if taken < 0 or (k - taken) * loop.interval > REUSED:
             at = states[:, k], outside[:, k]
-            A = scipy.sparse.csr_array(_derivative(step, at, kept, 0)[kept])
+            A = csr_array(_derivative(step, at, kept, 0)[kept])
             used = [row for row, new, deviation in zip(errors, fresh, deviations, strict=True) if new * deviation > 0]
             B = _derivative(step, at, np.array(used, dtype=int), 1)[kept]
             B = B * deviations[[errors.index(row) for row in used]]
@@ -209,6 +209,8 @@ def _radius(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
 
     With z = e_1 / sqrt(first) the probability is the mean over |z| < r / sqrt(first) of that of |e_2| < sqrt(r^2 - e_1^2); z = R sin u.
     """
+    from scipy.special import erf
+
     tiny = np.finfo(float).tiny
     narrow = np.sqrt(2 * np.maximum(second / np.maximum(first, tiny), tiny))[:, None]
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
@@ -216,7 +218,7 @@ def _radius(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
     low, high = np.zeros((len(first), 1)), np.full((len(first), 1), LONGEST)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        inside = np.exp(-((middle * sine) ** 2) / 2) * scipy.special.erf(middle * cosine / narrow) * cosine
+        inside = np.exp(-((middle * sine) ** 2) / 2) * erf(middle * cosine / narrow) * cosine
         enough = (inside @ weights)[:, None] * middle * np.sqrt(np.pi / 8) > share
         low, high = np.where(enough, low, middle), np.where(enough, middle, high)
     return np.asarray(np.sqrt(first) * high[:, 0])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.signal
 from numpy.typing import ArrayLike
 
 from gammastar.checks import instance, magnitude, magnitudes, number, three, whole
@@ -105,14 +104,16 @@ def _filtered(draws: np.ndarray, time: float) -> np.ndarray:
     The white noise w has the density that gives the lateral gust variance one.  With u = 1/T, x' = A x + (w, 0)^T, A = -u [1 0; -1 1]:
     exp(A) = e^-u [1 0; u 1], the stationary covariance is P = [1/2 1/4; 1/4 1/4], and what an interval adds has P - exp(A) P exp(A)^T.
     """
+    from scipy.signal import lfilter
+
     u = 1 / time
     decay, stationary = np.exp(-u), np.array([[0.5, 0.25], [0.25, 0.25]])
     q = -np.expm1(-2 * u)  # 1 - e^-2u
     added = stationary * q - (1 - q) * np.array([[0, u / 2], [u / 2, u / 2 + u**2 / 2]])
     first, noise = _correlated(stationary, draws[0]), _correlated(added, draws[1:].T)
-    slow, _ = scipy.signal.lfilter([1.0], [1.0, -decay], noise[0], zi=[decay * first[0]])
+    slow, _ = lfilter([1.0], [1.0, -decay], noise[0], zi=[decay * first[0]])
     slow = np.concatenate([first[:1], slow])
-    slower, _ = scipy.signal.lfilter([1.0], [1.0, -decay], noise[1] + decay * u * slow[:-1], zi=[decay * first[1]])
+    slower, _ = lfilter([1.0], [1.0, -decay], noise[1] + decay * u * slow[:-1], zi=[decay * first[1]])
     return np.array([slow, np.concatenate([first[1:], slower])])
 
 
