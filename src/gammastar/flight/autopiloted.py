@@ -16,10 +16,11 @@ from gammastar import engine
 from gammastar.flight.plant import Plant
 from gammastar.flight.rows import nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
+from gammastar.flight.surroundings import foot, outputs_of, outside, with_lookups
 from gammastar.flight.wind import Wind
-from gammastar.law import Law, Reference, linearize
+from gammastar.law import Law, Reference
 from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot
-from gammastar.law.guidance import Guidance, Surroundings, chosen
+from gammastar.law.guidance import Guidance, Surroundings
 from gammastar.law.measurement import CHANNELS
 from gammastar.law.piecewise import DATA_SIZE
 from gammastar.vehicle import State, Vehicle, join
@@ -100,19 +101,12 @@ class AutopilotLoop:
 
     def outside(self, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Return what comes from outside (m, n) at times (n,) with samples (27, n)."""
-        rows = [times, samples]
-        return np.vstack(rows if self.reference.over_progress else [*rows, self.reference.pieces.data(times)])
+        return outside(self.guidance, times, samples)
 
     def step(self) -> Any:
         """Return the function of one interval: (loop state, what comes from outside) -> (next, observation)."""
         core = engine.compiled(self._signature, self._core)
-        size = 1 + SAMPLES + (0 if self.reference.over_progress else DATA_SIZE)
-        state, outside = ca.MX.sym("loop_state", sum(self.sizes)), ca.MX.sym("outside", size)
-        wanted, place = outside[1 + SAMPLES :], state[sum(self.sizes[:3])]
-        if self.reference.over_progress:
-            wanted = self.reference.pieces.lookup(place)
-        inputs = ca.vertcat(outside[: 1 + SAMPLES], wanted, self.law.path.lookup(place))
-        return ca.Function("step", [state, outside], core(state, inputs))
+        return with_lookups(core, self.guidance, sum(self.sizes), sum(self.sizes[:3]), SAMPLES)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
@@ -131,12 +125,10 @@ class AutopilotLoop:
         stepped = self.autopilot.step(pilot, measurement, time, Surroundings(data, wanted))
         acting = self.plant.acting(plant, stepped.command)
         state, wrench = self.plant.motion(plant, acting)
-        was_waiting = pilot[1]
-        taken = ca.logic_and(was_waiting, ca.logic_not(stepped.waiting))
-        foot = ca.if_else(taken, stepped.parameter, true_parameter)
-        observation = self._observation(state, wrench, foot, wind, stepped, plant, acting, data)
+        place = foot(pilot[1], stepped.waiting, stepped.parameter, true_parameter)
+        observation = self._observation(state, wrench, place, wind, stepped, plant, acting, data)
         after = self.plant.step(plant, stepped.command, wind)
-        followed = self.law.path.track(after[:3], ca.vertcat(foot, data))
+        followed = self.law.path.track(after[:3], ca.vertcat(place, data))
         nearest = ca.if_else(stepped.waiting, stepped.parameter, followed)
         results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
         return ca.Function("core", [loop_state, inputs], ca.cse([ca.densify(each) for each in results]))
@@ -145,7 +137,7 @@ class AutopilotLoop:
         self,
         state: Any,
         wrench: Any,
-        foot: Any,
+        place: Any,
         wind: Any,
         stepped: Any,
         plant: Any,
@@ -153,21 +145,13 @@ class AutopilotLoop:
         data: Any,
     ) -> Any:
         """Graph: return what a record keeps of a row, of the true state and vehicle; see `rows`."""
-        path, truth = self.law.path, self.truth
-        true = linearize(truth, path, state, ca.vertcat(foot, data), self.law.yaw_output, wind=wind)
-        transverse, tangential = true.outputs.transverse, true.outputs.tangential
-        if self.law.approach is not None:
-            error = state.position - path.foot(state.position, ca.vertcat(stepped.parameter, data))
-            chain = ca.horzcat(
-                error, state.velocity, truth.acceleration(state, wind=wind), truth.jerk(state, wind=wind)
-            )
-            transverse = chosen(stepped.waiting, chain, transverse)
-            tangential = chosen(stepped.waiting, ca.vertcat(stepped.parameter, 0, 0, 0), tangential)
+        waiting, parameter = stepped.waiting, stepped.parameter
+        of = outputs_of(self.law, self.truth, state, place, parameter, waiting, data, wind)
         told = dict(zip(TELEMETRY, ca.vertsplit(stepped.telemetry, _cuts(TELEMETRY)), strict=True))
         return ca.vertcat(
-            *(join(state), told["input"][0], wrench[1:], ca.vec(transverse), tangential, true.yaw_value),
+            *(join(state), told["input"][0], wrench[1:], ca.vec(of.transverse), of.tangential, of.yaw_value),
             *(stepped.telemetry, self.plant.speeds(plant, acting), wind),
-            *(stepped.waiting, told["constrained"], true.outputs.focal_margin),
+            *(waiting, told["constrained"], of.focal_margin),
         )
 
     def rows(self, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:

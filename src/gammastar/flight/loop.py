@@ -18,8 +18,9 @@ from gammastar.flight.integrator import Integrator
 from gammastar.flight.rows import nearest_distances, normal_rows
 from gammastar.flight.sensors import SIZE as NOISE_SIZE
 from gammastar.flight.sensors import SensorNoise, measured
-from gammastar.law import Law, Reference, linearize
-from gammastar.law.guidance import Decision, Guidance, Surroundings, chosen
+from gammastar.flight.surroundings import foot, outputs_of, outside, with_lookups
+from gammastar.law import Law, Reference
+from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.piecewise import DATA_SIZE
 from gammastar.vehicle import StateGraph, Vehicle, join, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
@@ -65,14 +66,7 @@ class ClosedLoop:
         kind; the data of the segment that holds the parameter are looked up beside it.
         """
         core = engine.compiled(self._signature, self._core)
-        if self.law.path.data_size == 0 and not self.reference.over_progress:
-            return core
-        state, outside = ca.MX.sym("loop_state", LOOP_SIZE), ca.MX.sym("outside", self._outside_size)
-        wanted, place = outside[1 + NOISE_SIZE :], state[PARAMETER]
-        if self.reference.over_progress:
-            wanted = self.reference.pieces.lookup(place)
-        inputs = ca.vertcat(outside[: 1 + NOISE_SIZE], wanted, self.law.path.lookup(place))
-        return ca.Function("step", [state, outside], core(state, inputs))
+        return with_lookups(core, self.guidance, LOOP_SIZE, PARAMETER, NOISE_SIZE)
 
     def samples(self, seed: int, count: int) -> np.ndarray:
         """Return (12, count) noise by interval; sample k depends on the seed and k alone."""
@@ -80,12 +74,7 @@ class ClosedLoop:
 
     def outside(self, times: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Return what comes from outside (m, n) at times (n,) with noise (12, n)."""
-        rows = [times, noise] if self.reference.over_progress else [times, noise, self.reference.pieces.data(times)]
-        return np.vstack(rows)
-
-    @property
-    def _outside_size(self) -> int:
-        return 1 + NOISE_SIZE + (0 if self.reference.over_progress else DATA_SIZE)
+        return outside(self.guidance, times, noise)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
@@ -107,8 +96,8 @@ class ClosedLoop:
             after, decision, parameter, waiting = self._continuous(loop_state, state, time, around)
         else:
             after, decision, parameter, waiting = self._sampled(loop_state, state, time, noise, around)
-        foot = _foot(loop_state, parameter, waiting)
-        observation = self._observation(state, foot, loop_state[PARAMETER], waiting, decision, data)
+        nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
+        observation = self._observation(state, nearest, loop_state[PARAMETER], waiting, decision, data)
         results = ca.cse([ca.densify(after), ca.densify(observation)])
         return ca.Function("core", [loop_state, inputs], results)
 
@@ -202,8 +191,8 @@ class ClosedLoop:
         vector = join(state)
         for k in range(self.substeps):
             vector = substep(vector, decision.input, time + k * self.interval / self.substeps)
-        foot = _foot(loop_state, parameter, waiting)
-        true_parameter = ca.if_else(waiting, parameter, path.track(vector[:3], ca.vertcat(foot, data)))
+        nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
+        true_parameter = ca.if_else(waiting, parameter, path.track(vector[:3], ca.vertcat(nearest, data)))
         return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, parameter, waiting
 
     def _moved(self, vehicle: Vehicle, state: StateGraph, control: Any, time: Any, step: float) -> StateGraph:
@@ -223,32 +212,17 @@ class ClosedLoop:
     def _observation(
         self, state: StateGraph, true_parameter: Any, parameter: Any, waiting: Any, decision: Decision, data: Any
     ) -> Any:
-        """Graph: return what a record keeps of a row, of the true state and vehicle; see `OBSERVED`.
-
-        While the target waits, xi is the error to it and its derivatives, and eta the target, at rest.
-        """
-        true = linearize(self.truth, self.law.path, state, ca.vertcat(true_parameter, data), self.law.yaw_output)
-        transverse, tangential = true.outputs.transverse, true.outputs.tangential
-        if self.law.approach is not None:
-            error = state.position - self.law.path.foot(state.position, ca.vertcat(parameter, data))
-            chain = ca.horzcat(error, state.velocity, self.truth.acceleration(state), self.truth.jerk(state))
-            transverse = chosen(waiting, chain, transverse)
-            tangential = chosen(waiting, ca.vertcat(parameter, 0, 0, 0), tangential)
+        """Graph: return what a record keeps of a row, of the true state and vehicle; see `OBSERVED`."""
+        of = outputs_of(self.law, self.truth, state, true_parameter, parameter, waiting, data)
         return ca.vertcat(
             decision.input,
-            ca.vec(transverse),
-            tangential,
-            true.yaw_value,
+            ca.vec(of.transverse),
+            of.tangential,
+            of.yaw_value,
             waiting,
             decision.constrained,
-            true.outputs.focal_margin,
+            of.focal_margin,
         )
-
-
-def _foot(loop_state: Any, parameter: Any, waiting: Any) -> Any:
-    """Graph: return the parameter of the true foot; where a target has just waited, the one that the law takes to."""
-    taken = ca.logic_and(loop_state[WAITING], ca.logic_not(waiting))
-    return ca.if_else(taken, parameter, loop_state[TRUE_PARAMETER])
 
 
 def _euclidean(state: StateGraph) -> Any:
