@@ -142,21 +142,13 @@ class RotorSpeeds:
     ) -> Given:
         """Graph: return the wrench that rotors can reach, and the speeds to command for it."""
         rotors, (_, b, _) = self.rotors, self.shares(interval)
-        ends = (
-            rotors.advanced(memory, ca.DM.ones(rotors.count) * end, interval)
-            for end in (rotors.slowest, rotors.fastest)
-        )
-        lowest, highest = (self._thrusts(memory + (end - memory) / b) for end in ends)
+        lowest, highest = rotors.reachable(memory, interval, b)
         allocated = allocate(rotors, base, direction, along, lowest, highest, extras, within)
         wanted = ca.sqrt(allocated.thrusts / ca.DM(np.asarray(rotors.thrust_coefficient)))
         command = rotors.commands(memory, memory + b * (wanted - memory), interval)
         mean = rotors.wrench(rotors.mean_thrusts(memory, command, interval))
         after = rotors.advanced(memory, command, interval)
         return Given(command, after, mean, allocated.wrench, allocated.along, allocated.given_up)
-
-    def _thrusts(self, speeds: Any) -> Any:
-        """Graph: return thrusts SX (n,) [N] of speeds cut to the limits."""
-        return self.rotors.thrusts(ca.fmin(ca.fmax(speeds, self.rotors.slowest), self.rotors.fastest))
 
 
 def actuation_of(vehicle: Vehicle, interface: str) -> Actuation:

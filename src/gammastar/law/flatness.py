@@ -18,6 +18,7 @@ import numpy as np
 from gammastar import engine, so3
 from gammastar.law.thrust_axis import is_bare, thrust_axis
 from gammastar.vehicle import StateGraph, Vehicle
+from gammastar.vehicle.body import cramer
 
 HEADINGS = 8  # over a turn, for the torques of a motion
 FEWER_HEADINGS = 4  # over a turn, where the forces depend on them
@@ -102,10 +103,10 @@ def _build(vehicle: Vehicle) -> _Functions:
     slope = ca.jacobian(moved, unknowns)
     calm = ca.substitute(moved, unknowns, ca.SX.zeros(3))
     missing = acceleration - vehicle.acceleration(state)
-    step = _divided(slope, missing)
+    step = ca.vertcat(*cramer(slope, missing))
     turn = step[:2] * ca.fmin(1, LONGEST_TURN / ca.fmax(ca.norm_2(step[:2]), 1e-12))
     newton = [ca.mtimes(attitude, so3.exp(ca.vertcat(turn, 0))), thrust + step[2], missing]
-    rates = _divided(slope, jerk - calm)
+    rates = ca.vertcat(*cramer(slope, jerk - calm))
     moving = state._replace(angular_velocity=ca.vertcat(rates[:2], 0), thrust_rate=rates[2])
     control = vehicle.input_for(moving, snap, 0)
     turning = vehicle.angular_acceleration(moving.angular_velocity, control[1:])
@@ -121,14 +122,6 @@ def _build(vehicle: Vehicle) -> _Functions:
         pushed,
         _different(pushed, vehicle.mass),
     )
-
-
-def _divided(matrix: Any, vector: Any) -> Any:
-    """Graph: return the solution SX (3,) of a 3x3 system by Cramer's rule; not finite where it is singular."""
-    columns = ca.horzsplit(matrix)
-    cofactors = [ca.cross(columns[k - 2], columns[k - 1]) for k in range(3)]
-    determinant = ca.dot(columns[0], cofactors[0])
-    return ca.vertcat(*(ca.dot(vector, cofactor) / determinant for cofactor in cofactors))
 
 
 def turns_with_heading(vehicle: Vehicle) -> bool:

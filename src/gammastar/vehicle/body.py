@@ -210,7 +210,7 @@ class Vehicle:
         symbol = ca.SX.sym("rates", 4)
         value = self.jerk(state._replace(thrust_rate=symbol[0], angular_velocity=symbol[1:]), unknown)
         at_zero, slope, by_yaw = _affine(value, symbol)
-        thrust_rate, p, q = _cramer(slope, jerk - at_zero - by_yaw * yaw_rate)
+        thrust_rate, p, q = cramer(slope, jerk - at_zero - by_yaw * yaw_rate)
         return thrust_rate, ca.vertcat(p, q, yaw_rate)
 
     def snap_map(self, state: StateGraph, unknown: Unknown = NOTHING) -> tuple[Any, Any, Any]:
@@ -221,7 +221,7 @@ class Vehicle:
     def _solved(self, state: StateGraph, snap: Any, yaw_acceleration: Any, unknown: Unknown) -> list[Any]:
         """Graph: return (u_d, p', q') that give a snap."""
         at_zero, slope, by_yaw = self.snap_map(state, unknown)
-        return _cramer(slope, snap - at_zero - by_yaw * yaw_acceleration)
+        return cramer(slope, snap - at_zero - by_yaw * yaw_acceleration)
 
     def _with_force(self, modelled: Any, force: Callable[[], Any]) -> Any:
         """Graph: return an acceleration, or a derivative of it, with that of the forces; unchanged where there are none."""
@@ -234,7 +234,7 @@ def _affine(value: Any, symbol: Any) -> tuple[Any, Any, Any]:
     return ca.substitute(value, symbol, ca.SX.zeros(4)), slope[:, :3], slope[:, 3]
 
 
-def _cramer(matrix: Any, right: Any) -> list[Any]:
+def cramer(matrix: Any, right: Any) -> list[Any]:
     """Graph: return the solution of a 3x3 system by Cramer's rule."""
     columns = ca.horzsplit(matrix)
     cofactors = [ca.cross(columns[k - 2], columns[k - 1]) for k in range(3)]

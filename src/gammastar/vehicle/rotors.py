@@ -216,10 +216,11 @@ class Rotors:
         ahead = speeds + (wanted - speeds) / ca.if_else(wanted > speeds, up, down)
         return ca.fmin(ca.fmax(ahead, self.slowest), self.fastest)
 
-    def reachable(self, speeds: Any, interval: float) -> tuple[Any, Any]:
-        """Graph: return the lowest and highest thrusts, SX (n,) each [N], that rotors can have an interval [s] from now."""
+    def reachable(self, speeds: Any, interval: float, share: float = 1.0) -> tuple[Any, Any]:
+        """Graph: return the lowest and highest thrusts, SX (n,) each [N], of which rotors can go a share of the way in an interval [s]."""
         ends = (self.advanced(speeds, ca.DM.ones(self.count) * end, interval) for end in (self.slowest, self.fastest))
-        lowest, highest = (self.thrusts(end) for end in ends)
+        wanted = (speeds + (end - speeds) / share for end in ends)
+        lowest, highest = (self.thrusts(ca.fmin(ca.fmax(each, self.slowest), self.fastest)) for each in wanted)
         return lowest, highest
 
     def hover(self, weight: float) -> Hover:
