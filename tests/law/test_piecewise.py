@@ -45,7 +45,7 @@ def test_graph_and_numbers_are_the_polynomial_of_the_piece(pieces: Piecewise, va
 def test_the_table_looked_up_in_a_graph_holds_the_same_data(pieces: Piecewise) -> None:
     values = np.linspace(-6, 9, 301) + 1e-4  # beside the joints
     symbol = ca.MX.sym("value")
-    lookup = ca.Function("lookup", [symbol], [pieces.lookup(symbol)])
+    lookup = ca.Function("lookup", [symbol], [pieces.table.graph(symbol)])
     found = lookup.map(len(values))(values[None, :]).full()
     np.testing.assert_allclose(found, pieces.data(values), atol=1e-12)
 

@@ -8,6 +8,7 @@ import pytest
 
 import gammastar as gs
 from gammastar.errors import InputError
+from gammastar.lookup import graph_at
 from gammastar.path.sampling import sample
 from gammastar.path.smoothness import jumps
 from gammastar.path.waypoints import WaypointPath
@@ -22,7 +23,7 @@ OPEN, CLOSED = (gs.waypoints(POINTS, closed=closed) for closed in (False, True))
 def test_graph_table_and_numbers_agree(path: WaypointPath) -> None:
     """The jet from looked-up data equals the spline's own numbers: inside segments, at knots, and a period further on."""
     symbol, place = ca.MX.sym("parameter"), ca.SX.sym("place", 1 + path.data_size)
-    lookup = ca.Function("lookup", [symbol], [path.lookup(symbol)])
+    lookup = ca.Function("lookup", [symbol], [graph_at(path.lookups, symbol)])
     jet = ca.Function("jet", [place], [ca.horzcat(*path.jet(place))])
     low, high = path.domain
     shift = path.period or 0.0

@@ -10,6 +10,7 @@ import numpy as np
 from gammastar.law import Law, linearize
 from gammastar.law.guidance import Guidance, chosen
 from gammastar.law.piecewise import DATA_SIZE
+from gammastar.lookup import graph_at
 from gammastar.vehicle import CALM, StateGraph, Vehicle
 
 
@@ -45,8 +46,8 @@ def with_lookups(core: Any, guidance: Guidance, size: int, parameter: int, sampl
     column = known + (0 if reference.over_progress else DATA_SIZE)
     state, given = ca.MX.sym("loop_state", size), ca.MX.sym("outside", column)
     place = state[parameter]
-    wanted = reference.pieces.lookup(place) if reference.over_progress else given[known:]
-    inputs = ca.vertcat(given[:known], wanted, path.lookup(place))
+    wanted = graph_at([reference.lookup], place) if reference.over_progress else given[known:]
+    inputs = ca.vertcat(given[:known], wanted, graph_at(path.lookups, place))
     return ca.Function("step", [state, given], core(state, inputs))
 
 

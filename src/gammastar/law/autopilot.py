@@ -31,6 +31,7 @@ from gammastar.law.piecewise import DATA_SIZE
 from gammastar.law.rates import RateDecision, decide_by_rates
 from gammastar.law.thrust_states import SIZE as THRUST_SIZE
 from gammastar.law.thrust_states import ThrustStates
+from gammastar.lookup import graph_at
 from gammastar.vehicle import StateGraph, Unknown, Vehicle
 
 SLOWING = 6.0  # [1/s] at which the speed along the path is given up while thrust is short ...
@@ -269,8 +270,8 @@ class Autopilot:
         state, told = ca.MX.sym("state", self.size), ca.MX.sym("measurement", MEASUREMENT_SIZE)
         time, wanted = ca.MX.sym("time"), ca.MX.sym("reference", DATA_SIZE)
         reference = self.guidance.reference
-        used = reference.pieces.lookup(state[0]) if reference.over_progress else wanted
-        outputs = core(state, told, time, used, self.law.path.lookup(state[0]))
+        used = graph_at([reference.lookup], state[0]) if reference.over_progress else wanted
+        outputs = core(state, told, time, used, graph_at(self.law.path.lookups, state[0]))
         return ca.Function("autopilot", [state, told, time, wanted], list(outputs))
 
     def _core(self) -> Any:

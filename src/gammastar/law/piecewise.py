@@ -7,12 +7,14 @@ within a step a joint is met exactly.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from gammastar.lookup import Table
 from gammastar.taylor import Series
 
 DEGREE = 8
@@ -44,28 +46,19 @@ class Piecewise:
         last = rows[:1] + self.period * np.eye(1, ROW) if self.period else rows[-1:]
         return np.hstack([rows, np.concatenate([rows[1:], last])])
 
+    @functools.cached_property
+    def table(self) -> Table:
+        """Return the pieces as a table of their data (20,), which is what the graph needs at a value of the variable."""
+        rows = self.rows
+        shifts = (self.period or 0.0) * (np.eye(1, 2 * ROW)[0] + np.eye(1, 2 * ROW, ROW)[0])
+        if self.backwards:
+            first = rows[-1:] - shifts if self.period else rows[:1]
+            rows = np.concatenate([first, rows[:-1]])
+        return Table(self.begins, rows, self.period, shifts)
+
     def data(self, values: np.ndarray) -> np.ndarray:
         """Return the data (20, n) that the graph needs at values (n,) of the variable."""
-        whole = (
-            self.period * np.floor((values - self.begins[0]) / self.period) if self.period else np.zeros(len(values))
-        )
-        index = np.searchsorted(self.begins, values - whole, side="right") - 1 - self.backwards
-        if self.period:
-            whole = whole - self.period * (index < 0)
-        data = self.rows[index if self.period else np.clip(index, 0, len(self.begins) - 1)].T
-        data[[0, ROW]] += whole
-        return np.asarray(data)
-
-    def lookup(self, value: Any) -> Any:
-        """Graph (MX): return the data (20,) at a value of the variable, from a table bound as a constant."""
-        whole = self.period * ca.floor((value - self.begins[0]) / self.period) if self.period else ca.MX(0)
-        index = ca.low(ca.DM(np.append(self.begins, np.inf)), value - whole) - self.backwards
-        if self.period:
-            whole = whole - self.period * (index < 0)
-            index = ca.if_else(index < 0, len(self.begins) - 1, index)
-        index = ca.fmax(index, 0)
-        column = ca.MX(ca.DM(self.rows.T))[:, index]
-        return ca.vertcat(column[0] + whole, column[1:ROW], column[ROW] + whole, column[ROW + 1 :])
+        return self.table.at(values)
 
     def moved(self, by: float) -> Piecewise:
         """Return the same function later in its variable."""

@@ -16,6 +16,7 @@ from gammastar.checks import number, shortened, whole
 from gammastar.errors import InputError
 from gammastar.law.piecewise import DATA_SIZE, Piecewise, evaluated
 from gammastar.law.schedule import Change, change_time, scheduled, to_a_stop
+from gammastar.lookup import Lookup, the_key
 from gammastar.path import Path
 from gammastar.path.base import ORDER
 from gammastar.taylor import Series
@@ -34,6 +35,11 @@ class Reference:
     pieces: Piecewise  # the path coordinate over time [s], or its speed over the path coordinate
     holds_position: bool = True  # whether the coordinate itself counts; a speed leaves it free, k_11 = 0
     over_progress: bool = False  # whether the pieces are a speed over the path coordinate
+
+    @property
+    def lookup(self) -> Lookup:
+        """Return the table of its data, looked up at a time [s], or at a path coordinate where it is over progress."""
+        return Lookup(self.pieces.table, the_key)
 
     def moved(self, time: float) -> Reference:
         """Return the reference of a flight that begins at a later time [s]."""

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.checks import magnitudes, number, row
 from gammastar.errors import PathError
+from gammastar.lookup import Lookup, numbers_at
 from gammastar.path.arc_length import ArcLength
 from gammastar.taylor import Series
 
@@ -52,7 +53,6 @@ class Path(ABC):
     domain: tuple[float, float]  # one period of a closed path; where an open one is checked, searched first, and drawn
     components: int  # rows of the transverse output: 3 for a curve, 2 for an implicit path
     ends: tuple[float, float] | None = None  # parameters at which an open path ends; None where it goes on for good
-    data_size: int = 0  # numbers that the graph needs beside the parameter, such as the coefficients of a segment
 
     @property
     def knots(self) -> np.ndarray:
@@ -64,13 +64,19 @@ class Path(ABC):
         """Return what names the path's graph: paths with one key differ in their data alone."""
         return self
 
+    @property
+    def lookups(self) -> tuple[Lookup, ...]:
+        """Return what is looked up at a parameter: the numbers that the graph needs beside it, such as the coefficients of a segment."""
+        return ()
+
+    @functools.cached_property
+    def data_size(self) -> int:
+        """Return how many numbers these are."""
+        return sum(lookup.table.width for lookup in self.lookups)
+
     def data(self, parameters: np.ndarray) -> np.ndarray:
         """Return the path's data (data_size, n) at parameters (n,); a `place` is a parameter followed by its data."""
-        return np.zeros((0, len(np.atleast_1d(parameters))))
-
-    def lookup(self, parameter: Any) -> Any:
-        """Graph (MX): return the path's data (data_size,) at a parameter."""
-        return ca.MX(self.data_size, 1)
+        return numbers_at(self.lookups, np.atleast_1d(np.asarray(parameters, dtype=float)))
 
     def holds(self, parameter: Any, data: Any) -> Any:
         """Graph: return whether data looked up elsewhere are the path's own at a parameter; always, where it needs none."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from gammastar.checks import instance
 from gammastar.errors import InputError, PathError
+from gammastar.lookup import Lookup, Table, the_key
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
 from gammastar.path.jet import Jet
@@ -45,7 +46,6 @@ class MetricPath(ParametricPath):
             "period": length if closed else None,
             "ends": None if closed else (0.0, length),
             "plane_normal": self.inner.plane_normal,
-            "data_size": 2 + POWERS + self.inner.data_size,
         }.items():
             object.__setattr__(self, name, value)
 
@@ -76,44 +76,26 @@ class MetricPath(ParametricPath):
         """Return (n, order + 1, 3): point and derivatives with respect to the arc length [m], at parameters (n,)."""
         return self._sampled(np.atleast_1d(np.asarray(parameters, dtype=float)), order)
 
-    def data(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the data at parameters (n,): begin, coefficients and length of the polynomial of lambda(s), the data below."""
-        wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
-        rounds = np.floor(wanted / self.period) if self.period else np.zeros(len(wanted))
-        begin, rows, lengths = self._table
-        segment = np.clip(
-            np.searchsorted(begin, wanted - rounds * (self.period or 0), side="right") - 1, 0, len(begin) - 1
-        )
-        begins, coefficients = begin[segment] + rounds * (self.period or 0), rows[segment].copy()
-        coefficients[:, 0] += rounds * (self.inner.period or 0)
-        below = np.sum(coefficients * (wanted - begins)[:, None] ** np.arange(POWERS), axis=1)
-        return np.vstack([begins, coefficients.T, lengths[segment], self.inner.data(below)])
-
-    def lookup(self, parameter: Any) -> Any:
-        """Graph (MX): return the data at a parameter, from a table bound as a constant."""
-        rounds = ca.floor(parameter / self.period) if self.period else ca.MX(0)
-        begin, rows, lengths = self._table
-        local = parameter - rounds * (self.period or 0)
-        segment = ca.low(ca.DM(np.append(begin, np.inf)), local)
-        column = ca.MX(ca.DM(np.column_stack([begin, rows, lengths]).T))[:, segment]
-        step, below = local - column[0], rounds * (self.inner.period or 0)
-        for k in range(POWERS):
-            below = below + column[1 + k] * step**k
-        start, first = column[0] + rounds * (self.period or 0), column[1] + rounds * (self.inner.period or 0)
-        return ca.vertcat(start, first, column[2:], self.inner.lookup(below))
+    @property
+    def lookups(self) -> tuple[Lookup, ...]:
+        """Return the table of lambda(s): begin, coefficients and length of each polynomial; then those of the path below, at lambda(s)."""
+        own = Lookup(self._polynomials, the_key)
+        return own, *(lookup.within(_below, own.table.width) for lookup in self.inner.lookups)
 
     def holds(self, parameter: Any, data: Any) -> Any:
         """Graph: return whether data looked up elsewhere are the path's own at a parameter, here and below."""
         step, length = parameter - data[0], data[1 + POWERS]
         inside = ca.logic_and(step > -OUTSIDE * length, step < (1 + OUTSIDE) * length)
-        below = ca.dot(data[1 : 1 + POWERS], ca.vertcat(*(step**k for k in range(POWERS))))
-        return ca.logic_and(inside, self.inner.holds(below, data[2 + POWERS :]))
+        return ca.logic_and(inside, self.inner.holds(_below(parameter, data), data[2 + POWERS :]))
 
     @functools.cached_property
-    def _table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Begins (m,), coefficients (m, 8) and lengths (m,) of lambda(s); an open path goes on at the pace of the ends of the fit."""
+    def _polynomials(self) -> Table:
+        """The table of lambda(s); an open path goes on at the pace of the ends of the fit."""
         if self.period is not None:
-            return self.knots_m[:-1], self.coefficients, np.diff(self.knots_m)
+            rows = np.column_stack([self.knots_m[:-1], self.coefficients, np.diff(self.knots_m)])
+            shifts = np.zeros(rows.shape[1])
+            shifts[:2] = self.period, self.inner.period
+            return Table(self.knots_m[:-1], rows, self.period, shifts)
         step = self.knots_m[-1] - self.knots_m[-2]
         powers = np.arange(POWERS)
         last, slope = (
@@ -124,7 +106,16 @@ class MetricPath(ParametricPath):
         before[0, :2] = self.coefficients[0, 0] - self.coefficients[0, 1], self.coefficients[0, 1]
         before[1, :2] = last, slope
         begins = np.concatenate([[self.knots_m[0] - 1], self.knots_m])
-        return begins, np.vstack([before[:1], self.coefficients, before[1:]]), np.append(np.diff(begins), ENDLESS)
+        coefficients = np.vstack([before[:1], self.coefficients, before[1:]])
+        return Table(begins, np.column_stack([begins, coefficients, np.append(np.diff(begins), ENDLESS)]))
+
+
+def _below(metres: Any, data: Any) -> Any:
+    """Graph or numbers: return lambda(s), the parameter of the path below, from the data there."""
+    result, step = data[POWERS], metres - data[0]
+    for k in reversed(range(1, POWERS)):
+        result = result * step + data[k]
+    return result
 
 
 def by_length(path: ParametricPath) -> MetricPath:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.checks import number, truth
 from gammastar.errors import InputError
+from gammastar.lookup import Lookup, Table, the_key
 from gammastar.path.base import JET_ORDER
 from gammastar.path.curve import ParametricPath
 from gammastar.path.extension import extended, run_out
@@ -44,7 +45,6 @@ class WaypointPath(ParametricPath):
     name: str = "waypoints"
 
     plane_normal = None
-    data_size = 2 + 3 * POWERS  # where the segment begins, its coefficients, axis by axis, and how long it is
 
     def __post_init__(self) -> None:
         low, high = float(self.spline.knots[0]), float(self.spline.knots[-1])
@@ -91,19 +91,13 @@ class WaypointPath(ParametricPath):
         slack, step = OUTSIDE * data[-1], parameter - data[0]
         return ca.logic_and(step > -slack, step < data[-1] + slack)
 
-    def data(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the data (26, n) of the segments that hold parameters (n,)."""
-        segment, begin = self._segments(np.atleast_1d(np.asarray(parameters, dtype=float)))
-        return np.vstack([begin, self._table.coefficients[segment].reshape(len(segment), -1).T, self._lengths[segment]])
-
-    def lookup(self, parameter: Any) -> Any:
-        """Graph (MX): return the data (26,) of the segment that holds a parameter, from a table bound as a constant."""
-        knots = self._table.knots
-        whole = self.period * ca.floor((parameter - knots[0]) / self.period) if self.period else ca.MX(0)
-        segment = ca.low(ca.DM(knots), parameter - whole)
-        table = ca.DM(np.vstack([knots[:-1], self._table.coefficients.reshape(len(knots) - 1, -1).T, self._lengths]))
-        column = ca.MX(table)[:, segment]
-        return ca.vertcat(column[0] + whole, column[1:])
+    @functools.cached_property
+    def lookups(self) -> tuple[Lookup, ...]:
+        """Return the table of segments: where each begins, its coefficients, axis by axis, and how long it is."""
+        begins = self._table.knots[:-1]
+        rows = np.column_stack([begins, self._table.coefficients.reshape(len(begins), -1), self._lengths])
+        shifts = None if self.period is None else self.period * np.eye(1, rows.shape[1])[0]
+        return (Lookup(Table(begins, rows, self.period, shifts), the_key),)
 
     def _segments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return indices of segments (n,) and the parameters at which they begin, whole periods included."""
