@@ -4,6 +4,7 @@ from gammastar.vehicle.body import CALM, NOTHING, Rates, Unknown, Vehicle
 from gammastar.vehicle.forces import Buoyancy, CustomForce, Force, LinearDrag, QuadraticDrag, RotorDrag
 from gammastar.vehicle.rotors import Hover, Rotors
 from gammastar.vehicle.state import State, StateGraph, join, split
+from gammastar.vehicle.varied import Scales, varied
 
 __all__ = [
     "CALM",
@@ -17,10 +18,12 @@ __all__ = [
     "Rates",
     "RotorDrag",
     "Rotors",
+    "Scales",
     "State",
     "StateGraph",
     "Unknown",
     "Vehicle",
     "join",
     "split",
+    "varied",
 ]

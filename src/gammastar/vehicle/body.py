@@ -108,11 +108,15 @@ class Vehicle:
         """Return the mass [kg] that a force accelerates: the vehicle's and that of the fluid moving along."""
         return self.mass + self.added_mass
 
-    @property
-    def constant_acceleration(self) -> np.ndarray:
-        """Return the acceleration (3,) [m/s^2], world, by gravity and constant loads alone, without the forces."""
-        gravity = self.gravity * self.mass / self.moved_mass
-        return np.asarray((0.0, 0.0, gravity) - np.asarray(self.bias_acceleration))
+    @functools.cached_property
+    def inverse_inertia(self) -> Any:
+        """Return J^-1 (3, 3) [1/(kg m^2)], body axes."""
+        return np.linalg.inv(np.asarray(self.inertia))
+
+    @functools.cached_property
+    def force_scale(self) -> Any:
+        """Return the factor of all forces but buoyancy: one, unless the vehicle is a varied one."""
+        return 1.0
 
     def rates(
         self, state: StateGraph, thrust_ddot: Any, torque: Any, unknown: Unknown = NOTHING, wind: Any = CALM
@@ -124,17 +128,23 @@ class Vehicle:
 
     def angular_acceleration(self, angular_velocity: Any, torque: Any, unknown: Unknown = NOTHING) -> Any:
         """Graph: return J^-1 (torque - Omega x J Omega - K_r) SX (3,) [rad/s^2], body, Eq. (3)."""
-        inertia = np.asarray(self.inertia)
-        gyroscopic = ca.cross(angular_velocity, ca.mtimes(ca.DM(inertia), angular_velocity))
+        gyroscopic = ca.cross(angular_velocity, ca.mtimes(_graph(self.inertia), angular_velocity))
         driving = torque - gyroscopic - ca.DM(np.asarray(self.bias_torque))
-        return ca.mtimes(ca.DM(np.linalg.inv(inertia)), driving) + _graph(unknown.angular_acceleration)
+        return ca.mtimes(_graph(self.inverse_inertia), driving) + _graph(unknown.angular_acceleration)
 
     def acceleration(self, state: StateGraph, unknown: Unknown = NOTHING, wind: Any = CALM) -> Any:
         """Graph: return the world acceleration g e3 - (zeta1/m) R e3 - K_t [m/s^2], Eq. (1), with forces over m and what is unknown."""
-        modelled = ca.DM(self.constant_acceleration) - state.thrust / self.moved_mass * state.attitude[:, 2]
-        return self._with_force(modelled, lambda: total(self.forces, state, _graph(wind))) + _graph(
-            unknown.acceleration
+        constant = ca.vertcat(0, 0, self.gravity * self.mass / self.moved_mass) - ca.DM(
+            np.asarray(self.bias_acceleration)
         )
+        modelled = constant - state.thrust / self.moved_mass * state.attitude[:, 2]
+
+        def force() -> Any:
+            lifting = [each for each in self.forces if isinstance(each, Buoyancy)]
+            others = [each for each in self.forces if not isinstance(each, Buoyancy)]
+            return total(lifting, state, _graph(wind)) + self.force_scale * total(others, state, _graph(wind))
+
+        return self._with_force(modelled, force) + _graph(unknown.acceleration)
 
     def jerk(self, state: StateGraph, unknown: Unknown = NOTHING, wind: Any = CALM) -> Any:
         """Graph: return -(1/m)(zeta2 R e3 + zeta1 R (Omega x e3)) [m/s^3], world, with the rate of the forces."""
@@ -143,7 +153,8 @@ class Vehicle:
         modelled = -ca.mtimes(state.attitude, turning) / self.moved_mass
 
         def force() -> Any:
-            return rate(self.forces, state, _graph(wind), self.acceleration(state, unknown, wind))
+            by_flow = rate(self.forces, state, _graph(wind), self.acceleration(state, unknown, wind))
+            return self.force_scale * by_flow
 
         return self._with_force(modelled, force) + _graph(unknown.jerk)
 
@@ -170,7 +181,8 @@ class Vehicle:
 
         def force() -> Any:
             acceleration, jerk = self.acceleration(state, unknown, wind), self.jerk(state, unknown, wind)
-            return second_rate(self.forces, state, _graph(wind), acceleration, jerk, angular_acceleration, thrust_ddot)
+            known = (state, _graph(wind), acceleration, jerk, angular_acceleration, thrust_ddot)
+            return self.force_scale * second_rate(self.forces, *known)
 
         return self._with_force(modelled, force) + _graph(unknown.snap)
 
@@ -189,7 +201,7 @@ class Vehicle:
             thrust_ddot = w[2] + state.thrust * (p**2 + q**2)
             q_rate = (w[0] - 2 * state.thrust_rate * q) / state.thrust - p * r
             p_rate = (-w[1] - 2 * state.thrust_rate * p) / state.thrust + q * r
-        inertia = ca.DM(np.asarray(self.inertia))
+        inertia = _graph(self.inertia)
         angular_acceleration = ca.vertcat(p_rate, q_rate, yaw_acceleration) - _graph(unknown.angular_acceleration)
         torque = (
             ca.mtimes(inertia, angular_acceleration)
@@ -243,8 +255,8 @@ def cramer(matrix: Any, right: Any) -> list[Any]:
 
 
 def _graph(value: Any) -> Any:
-    """Graph: return a vector SX (3,) of one or of three numbers; zeros leave no trace in what they are added to."""
-    return ca.DM(value) if isinstance(value, tuple) else value
+    """Graph: return a vector or matrix of numbers or graphs; zeros leave no trace in what they are added to."""
+    return ca.DM(value) if isinstance(value, tuple | np.ndarray) else value
 
 
 def _check_relative_degree(vehicle: Vehicle) -> None:
