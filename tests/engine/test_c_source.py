@@ -29,21 +29,23 @@ def computed(x: np.ndarray, y: np.ndarray, lanes: int | None = None) -> dict[str
     return dict(zip(LISTED, rows, strict=True))
 
 
-def test_the_text_is_one_line_a_value() -> None:
+def test_the_text_is_one_line_a_value_and_a_block_a_branch() -> None:
     x, y = ca.SX.sym("x", 2), ca.SX.sym("y")
     outputs = [ca.if_else(x[0] < y, ca.sin(x[1]), 0.5), x[1] - 2]
     text = c_source(engine.tape_of(ca.Function("f", [x, y], outputs)), name="law")
     assert text.endswith("""\
 void law(const real *restrict x0, const real *restrict x1, real *restrict y0, real *restrict y1) {
     const truth v2 = x0[0] < x1[0];
-    const real v4 = real_sin(x0[1]);
-    const real v5 = real_if_else_zero(v2, v4);
-    const truth v6 = negated(v2);
-    const real v8 = real_if_else_zero(v6, spread(0.5));
-    const real v9 = v5 + v8;
-    y0[0] = v9;
     const real v11 = x0[1] - 2.0;
     y1[0] = v11;
+    real v9;
+    if (v2) {
+        const real v4 = real_sin(x0[1]);
+        v9 = v4;
+    } else {
+        v9 = spread(0.5);
+    }
+    y0[0] = v9;
 }
 """)
 

@@ -11,9 +11,11 @@ import importlib.resources
 import math
 import re
 
+from gammastar.engine.branches import Branch, Choice, Item, Plan, branched
 from gammastar.engine.tape import CONSTANT, INPUT, Tape
 from gammastar.errors import InputError
 
+INDENT = "    "
 REALS = ("double", "float")
 
 # How a value is written, of operands as numbers (x, y) or as truths (s, t).
@@ -84,21 +86,26 @@ def _types(tape: Tape, real: str, lanes: int, body: str) -> str:
 
 
 def _lines(tape: Tape, real: str, lanes: int) -> list[str]:
-    """Return the statements, with each result stored as soon as it is known."""
+    """Return the statements, with each result stored as soon as it is known; with branches for one lane."""
     wanted = dict[int, list[str]]()
     for result, values in enumerate(tape.outputs):
         for entry, value in enumerate(values):
             wanted.setdefault(value, []).append(f"y{result}[{entry}]")
-    lines, write, inverted = list[str](), _Writer(tape, real, lanes), set[int]()
-    for k, each in enumerate(tape.instructions):
-        if each.operation not in (CONSTANT, INPUT):
-            if write.by_inverse(k) and each.inputs[1] not in inverted | tape.constants.keys():
-                inverted.add(each.inputs[1])
-                lines.append(f"    const real {write.inverse(each.inputs[1])} = 1.0 / {write.operand(each.inputs[1])};")
-            kind = "truth" if write.is_truth(k) else "real"
-            lines.append(f"    const {kind} v{k} = {write.expression(k)};")
-        lines.extend(f"    {place} = {write.number(k)};" for place in wanted.get(k, ()))
-    return lines
+    items, choices = branched(tape) if lanes == 1 else Plan(list(range(len(tape.instructions))), {})
+    lines, write, inverted = list[str](), _Writer(tape, real, lanes, choices), set[int]()
+    for item in items:
+        made = item.choices if isinstance(item, Branch) else [item]
+        if isinstance(item, Branch):
+            lines.extend(write.branch(item))
+        elif tape.instructions[item].operation not in (CONSTANT, INPUT):
+            divisor = tape.instructions[item].inputs[-1]
+            if write.by_inverse(item) and divisor not in inverted | tape.constants.keys():
+                inverted.add(divisor)
+                lines.append(f"const real {write.inverse(divisor)} = 1.0 / {write.operand(divisor)};")
+            lines.append(write.line(item))
+        lines.extend(f"{place} = {write.number(k)};" for k in made for place in wanted.pop(k, ()))
+    lines.extend(f"{place} = {write.number(k)};" for k, places in wanted.items() for place in places)
+    return [INDENT + line for line in lines]
 
 
 def _is_inverted(divisor: float) -> bool:
@@ -109,11 +116,49 @@ def _is_inverted(divisor: float) -> bool:
 class _Writer:
     """Writes the values of one tape as C expressions."""
 
-    def __init__(self, tape: Tape, real: str, lanes: int) -> None:
-        self.instructions, self.suffix = tape.instructions, "f" if real == "float" else ""
+    def __init__(self, tape: Tape, real: str, lanes: int, choices: dict[int, Choice]) -> None:
+        self.instructions, self.suffix, self.choices = tape.instructions, "f" if real == "float" else "", choices
         uses = collections.Counter(each.inputs[1] for each in tape.instructions if each.operation == "div")
         several = {value for value, count in uses.items() if count > 1 and value not in tape.constants}
         self.divisors = several | {v for v in uses if _is_inverted(tape.constants.get(v, 0.0))} if lanes > 1 else set()
+
+    def line(self, value: int) -> str:
+        """Return the statement that computes a value."""
+        return f"const {self.kind(value)} v{value} = {self.expression(value)};"
+
+    def branch(self, branch: Branch, outside: frozenset[int] = frozenset()) -> list[str]:
+        """Return the statements of a branch: what outlives it is declared before it, if not farther outside already."""
+        lines = [f"{self.kind(each)} v{each} = 0;" for each in branch.outlives if each not in outside]
+        declared = outside.union(branch.outlives)
+        blocks = tuple(self._block(items, declared) for items in branch.sides)
+        for k in branch.choices:
+            choice, is_or = self.choices[k], self.instructions[k].operation == "or"
+            start = "" if choice.first is not None and choice.second is not None else f" = {int(is_or)}"
+            if start or k not in outside:
+                lines.append(f"{'' if k in outside else self.kind(k) + ' '}v{k}{start};")
+            for block, side in zip(blocks, (choice.first, choice.second), strict=True):
+                if side is not None:
+                    block.append(f"v{k} = {self.truth(side) if self.is_truth(k) else self.number(side)};")
+        truth, (first, second) = self.truth(branch.condition), blocks
+        lines.append(f"if ({truth if first else f'negated({truth})'}) {{")
+        lines.extend(INDENT + line for line in first or second)
+        if first and second:
+            lines.extend(["} else {", *(INDENT + line for line in second)])
+        return [*lines, "}"]
+
+    def _block(self, items: list[Item], declared: frozenset[int]) -> list[str]:
+        """Return the statements of one side of a branch."""
+        lines = list[str]()
+        for item in items:
+            if isinstance(item, Branch):
+                lines.extend(self.branch(item, declared))
+            else:
+                lines.append(self.line(item) if item not in declared else f"v{item} = {self.expression(item)};")
+        return lines
+
+    def kind(self, value: int) -> str:
+        """Return the type of a value."""
+        return "truth" if self.is_truth(value) else "real"
 
     def by_inverse(self, value: int) -> bool:
         """Return whether a value is a quotient whose divisor's inverse is at hand: a vector division takes as long as twenty products."""
@@ -160,6 +205,11 @@ class _Writer:
         name = "pow" if name == "constpow" else name
         if self.by_inverse(value):
             return f"quotient({self.number(inputs[0])}, {self.number(inputs[1])}, {self.inverse(inputs[1])})"
+        if (choice := self.choices.get(value)) is not None:
+            sides = (
+                self.literal(0.0) if side is None else self.operand(side) for side in (choice.first, choice.second)
+            )
+            return f"{self.truth(choice.condition)} ? {next(sides)} : {next(sides)}"
         if name in CONNECTIVES:
             return CONNECTIVES[name].format(**dict(zip("st", map(self.truth, inputs), strict=False)))
         if pattern := (OPERATORS | COMPARISONS).get(name):
