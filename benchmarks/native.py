@@ -15,7 +15,9 @@ import numpy as np
 
 import gammastar as gs
 from gammastar import engine
+from gammastar.engine.batch import batch
 from gammastar.engine.compiler import compiler
+from gammastar.engine.native import Native
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.mission import load
@@ -43,33 +45,31 @@ def main() -> None:
     print(f"{' '.join(found.command)} {version}, {found.lanes} lanes")
     mission = load("upside-down")
     loop, first, _ = prepared(mission.law(), mission.start(), gs.Speed(1.0), 0.0, Conditions(1.0, STEP))
-    step = loop.step()
-    symbols = [ca.SX.sym(name, *step.size_in(k)) for k, name in enumerate(("state", "outside"))]
-    bare = ca.Function("bare", symbols, [step(*symbols)[0], ca.SX(0, 1)])
-
-    def outside(begin: int, end: int) -> np.ndarray:
-        return loop.outside(STEP * np.arange(begin, end), loop.samples(0, end)[:, begin:end])
-
+    state, number, nothing = ca.SX.sym("state", len(first)), ca.SX.sym("number"), ca.SX(0, 1)
+    outside = ca.DM(loop.outside(np.zeros(1), loop.samples(0, 1)))
+    results = list(loop.step()(state, ca.vertcat(number * STEP, outside[1:])))
+    step = engine.Step(ca.Function("core", [state, nothing, number, nothing], results))
     starts = np.repeat(first[:, None], FLIGHTS, axis=1)
     starts[:3] += 0.1 * np.random.default_rng(0).normal(size=(3, FLIGHTS))
-    expected = np.column_stack([engine.scan(bare, start, outside, STEPS)[0][:, -1] for start in starts.T[:64]])
+    expected = engine.run(step, starts[:, :64], STEPS, machine="casadi")
     speeds = {
-        "casadi": fastest(20 * STEPS, lambda: engine.scan(step, first, outside, 20 * STEPS)),
-        "casadi, bare": fastest(20 * STEPS, lambda: engine.scan(bare, first, outside, 20 * STEPS)),
+        "casadi": fastest(20 * STEPS, lambda: engine.trace(step, first, 20 * STEPS, machine="casadi")),
+        "casadi, bare": fastest(20 * STEPS, lambda: engine.run(step, first[:, None], 20 * STEPS, machine="casadi")),
     }
-    errors, operations = {}, engine.tape_of(step, (0,)).operations
+    flights = batch(step, starts, STEPS, 0, 0, None, None)
+    errors, operations = {}, engine.tape_of(step.core, (0,)).operations
     for name, lanes in (("native, one lane", 1), ("native, lanes", None)):
         begin = time.perf_counter()
-        made = engine.native_step(step, lanes)
+        made = Native(step, lanes)
         print(f"{name}: ready after {time.perf_counter() - begin:.2f} s")
-        ended = made.run(starts, outside, STEPS)[:, : expected.shape[1]]
+        ended = made.fly(flights, 1, lambda done: None)[:, : expected.shape[1]]
         errors[name] = np.abs((ended - expected) / np.maximum(np.abs(expected), 1e-9)).max()
-        speeds[name] = fastest(FLIGHTS * STEPS, lambda made=made: made.run(starts, outside, STEPS))
+        speeds[name] = fastest(FLIGHTS * STEPS, lambda made=made: made.fly(flights, 1, lambda done: None))
     print(
         f"{'':<20}{'steps/s/core':>14}{'operations/s':>14}{'x casadi':>10}{'x bare':>8}{'largest relative error':>24}"
     )
     for name, speed in speeds.items():
-        total = engine.tape_of(step).operations if name == "casadi" else operations
+        total = engine.tape_of(step.core).operations if name == "casadi" else operations
         ratios = speed / speeds["casadi"], speed / speeds["casadi, bare"]
         error = f"{errors[name]:.1e}" if name in errors else "-"
         print(f"{name:<20}{speed:>14.3g}{speed * total:>14.3g}{ratios[0]:>10.1f}{ratios[1]:>8.1f}{error:>24}")

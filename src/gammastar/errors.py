@@ -101,6 +101,10 @@ class CompilerError(GammastarError, RuntimeError):
         self.log = log
 
 
+class MachineWarning(UserWarning):
+    """A slower machine flies than the one that was wished for; what comes out is as good."""
+
+
 def _restored(kind: type[GammastarError], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> GammastarError:
     error = kind.__new__(kind, *arguments)
     error.__dict__.update(attributes)

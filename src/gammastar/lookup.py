@@ -60,7 +60,7 @@ class Lookup(NamedTuple):
     What is known is a path's parameter, a time, or a whole step's inputs; the variable is written so that it takes graphs and arrays.
     """
 
-    table: Table
+    table: Any  # Table; in a step that many flights take also a sequence of them, of one width and one for each flight
     variable: Callable[[Any, Any], Any]
 
     def within(self, key: Callable[[Any, Any], Any], before: int) -> Lookup:

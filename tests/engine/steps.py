@@ -12,11 +12,15 @@ import pytest
 
 import gammastar as gs
 from gammastar import so3
+from gammastar.engine import Step
+from gammastar.engine.batch import batch
 from gammastar.engine.compiler import compiler
+from gammastar.engine.native import Native
 from gammastar.engine.tape import OPERATIONS
 from gammastar.errors import CompilerError
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
+from gammastar.lookup import Lookup, Table
 from gammastar.mission import load
 from gammastar.vehicle import Vehicle
 
@@ -26,21 +30,21 @@ QUADROTOR = Vehicle(0.5, (3.65e-3, 3.68e-3, 7.03e-3), gravity=9.81, rotors=ROTOR
 
 @dataclasses.dataclass(frozen=True)
 class Loop:
-    step: Any  # CasADi function
-    starts: np.ndarray  # (n, lanes)
-    outside: Any  # (first, end) -> (m, count)
+    step: Step
+    starts: np.ndarray  # (n, flights)
     interval: float  # [s]
 
 
 def looped(law: gs.Law, starts: list[gs.State], speed: float) -> Loop:
-    """Return the closed loop of a law with states at the starts."""
+    """Return the closed loop of a law with states at the starts, without noise and at a constant speed."""
     loop, _, _ = prepared(law, starts[0], gs.Speed(speed), 0.0, Conditions(1.0, 1e-3))
     first = [loop.start(*law.start_vector(start)) for start in starts]
-
-    def outside(a: int, b: int) -> np.ndarray:
-        return loop.outside(np.arange(a, b) * loop.interval, loop.samples(0, b)[:, a:b])
-
-    return Loop(loop.step(), np.column_stack(first), outside, loop.interval)
+    function, number = loop.step(), ca.SX.sym("number")
+    state, nothing = ca.SX.sym("state", len(first[0])), ca.SX(0, 1)
+    outside = ca.DM(loop.outside(np.zeros(1), loop.samples(0, 1)))
+    results = function(state, ca.vertcat(number * loop.interval, outside[1:]))
+    step = Step(ca.Function("core", [state, nothing, number, nothing], list(results)))
+    return Loop(step, np.column_stack(first), loop.interval)
 
 
 def random_starts(center: tuple[float, float, float], count: int) -> list[gs.State]:
@@ -75,23 +79,69 @@ OF_TWO = ("add", "sub", "mul", "div", "copysign", "fmod", "fmin", "fmax", "lt", 
 OF_TWO += ("if_else_zero", "pow", "hypot", "atan2")
 
 
+def step_of(size: int, parameters: int, after: Any, **rest: Any) -> Step:
+    """Return the step whose next state is a function of (state (size,), parameters, number of the step)."""
+    symbols = ca.SX.sym("state", size), ca.SX.sym("parameters", parameters), ca.SX.sym("number")
+    nothing = ca.SX(0, 1)
+    return Step(ca.Function("core", [*symbols, nothing], [after(*symbols), nothing]), **rest)
+
+
+def stepped(step: Step, parameters: np.ndarray, lanes: int | None = None) -> np.ndarray:
+    """Return the states (n, flights) after one step of compiled C from zeros with parameters (p, flights)."""
+    one = batch(step, np.zeros((step.size, parameters.shape[1])), 1, 0, 0, None, parameters)
+    return Native(step, lanes).fly(one, 1, lambda done: None)
+
+
 @functools.cache
-def every_operation() -> Any:
-    """Return the step (a state that is left behind, two numbers x and y) -> every operation of x and y, in the order of the table."""
-    state, given = ca.SX.sym("state", len(OPERATIONS)), ca.SX.sym("given", 2)
-    results = []
-    for name in OPERATIONS:
-        number = getattr(ca, f"OP_{name.upper()}")
-        second = 2.5 if name == "constpow" else given[1]
-        two = name in OF_TWO or name == "constpow"
-        results.append(ca.SX.binary(number, given[0], second) if two else ca.SX.unary(number, given[0]))
-    return ca.Function("every", [state, given], [ca.vertcat(*results), ca.SX(0, 1)])
+def every_operation() -> Step:
+    """Return the step (a state that is left behind, two parameters x and y) -> every operation of x and y, in the order of the table."""
+
+    def after(state: Any, given: Any, number: Any) -> Any:
+        results = []
+        for name in OPERATIONS:
+            code = getattr(ca, f"OP_{name.upper()}")
+            second = 2.5 if name == "constpow" else given[1]
+            two = name in OF_TWO or name == "constpow"
+            results.append(ca.SX.binary(code, given[0], second) if two else ca.SX.unary(code, given[0]))
+        return ca.vertcat(*results)
+
+    return step_of(len(OPERATIONS), 2, after)
 
 
-def tiny(constant: float) -> Any:
-    """Return a step that compiles in a tenth of a second."""
-    state, given = ca.SX.sym("state"), ca.SX.sym("given")
-    return ca.Function("tiny", [state, given], [constant * state + given, ca.SX(0, 1)])
+def tiny(constant: float) -> Step:
+    """Return a step that compiles in a tenth of a second: a constant times the state, and one more."""
+    return step_of(1, 0, lambda state, parameters, number: constant * state + 1)
+
+
+@functools.cache
+def noisy() -> Step:
+    """Return a step with everything that a step may have: noise from two channels, a table beside another, a parameter and a status."""
+    state, parameters, column, rows = (
+        ca.SX.sym("state", 3),
+        ca.SX.sym("p"),
+        ca.SX.sym("column", 5),
+        ca.SX.sym("rows", 3),
+    )
+    push = ca.sqrt(-2 * ca.log(column[1])) * ca.cos(2 * np.pi * column[2]) + column[3] - column[4]
+    after = ca.vertcat(
+        0.99 * state[0] + 0.1 * ca.sin(state[1]) + 0.01 * push + parameters,
+        state[1] + 0.05 * rows[0] + 0.01 * rows[2] + 0.01,
+        state[0] > 2,
+    )
+    core = ca.Function("core", [state, parameters, column, rows], [after, ca.vertcat(2 * state[0], rows[1], column[0])])
+    first = Lookup(ROUND, lambda inputs, _: inputs.state[1])
+    second = Lookup(STAIRS, lambda inputs, before: before[1] + 0.001 * inputs.column[0])
+    return Step(core, (first, second), channels=(3, 7), status=2)
+
+
+ROUND = Table(np.array([0, 1, 2.5]), np.array([[1, 0.0], [2, 1], [-1, 3]]), 3.0, np.array([0.0, 0.1]))
+STAIRS = Table(np.linspace(0, 4, 7), 0.1 * np.arange(7.0)[:, None])
+UPWARD = Table(STAIRS.begins, STAIRS.rows + 5)
+
+
+def noisy_starts(count: int) -> np.ndarray:
+    """Return starts (3, count) of the noisy step, about half of which end early in 400 steps."""
+    return np.vstack([np.random.default_rng(0).normal(size=(2, count)), np.zeros((1, count))])
 
 
 def unanswered() -> str:

@@ -13,6 +13,7 @@ from gammastar import engine
 from gammastar.engine import branches
 from gammastar.engine.branches import Branch, branched
 from gammastar.engine.c_source import c_source
+from gammastar.engine.native import Native
 
 GIVEN, GRAPHS, LANES = 6, 60, 400
 
@@ -46,15 +47,16 @@ def test_values_are_those_without_branches(least_work: int, monkeypatch: pytest.
     monkeypatch.setattr(branches, "LEAST_WORK", least_work)
     draw, given = np.random.default_rng(3), ca.SX.sym("given", GIVEN)
     results = ca.cse(ca.vertcat(*(each for _ in range(GRAPHS) for each in random_values(draw, given))))
-    state = ca.SX.sym("state", results.numel())
-    step = engine.native_step(ca.Function("random", [state, given], [results, ca.SX(0, 1)]), lanes=1)
-    assert step.source.count("if (") > GRAPHS
+    step = steps.step_of(
+        results.numel(), GIVEN, lambda state, parameters, number: ca.substitute(results, given, parameters)
+    )
+    assert Native(step, lanes=1).source.count("if (") > GRAPHS
     numbers = draw.normal(size=(GIVEN, LANES))
     special = draw.choice([np.nan, np.inf, 0.0], numbers.shape)
     numbers = np.where(draw.uniform(size=numbers.shape) < 0.05, special, numbers)
-    zeros = np.zeros((state.numel(), LANES))
-    found = step.run(zeros, lambda a, b: numbers[:, None], 1)
-    np.testing.assert_array_equal(found, step.tape.evaluate(zeros, numbers)[0])
+    tape, zeros = engine.tape_of(step.core, (0,)), np.zeros((step.size, LANES))
+    (expected,) = tape.evaluate(zeros, numbers, np.zeros((1, LANES)), np.empty((0, LANES)))
+    np.testing.assert_array_equal(steps.stepped(step, numbers, lanes=1), expected)
 
 
 def shaped(items: list[Any]) -> list[Any]:

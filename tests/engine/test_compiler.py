@@ -25,9 +25,9 @@ PROGRAM = textwrap.dedent(
     import casadi as ca
     import numpy as np
     from gammastar import engine
-    state, given = ca.SX.sym("state"), ca.SX.sym("given")
-    step = ca.Function("tiny", [state, given], [2.0 * state + given, ca.SX(0, 1)])
-    print(engine.run(step, np.array([[1.0, 2.0, 3.0]]), lambda a, b: np.ones((1, b - a)), 1).tolist())
+    state, number, nothing = ca.SX.sym("state"), ca.SX.sym("number"), ca.SX(0, 1)
+    step = engine.Step(ca.Function("tiny", [state, nothing, number, nothing], [2.0 * state + 1, nothing]))
+    print(engine.run(step, np.array([[1.0, 2.0, 3.0]]), 1, machine="native").tolist())
     """
 )
 posix = pytest.mark.skipif(os.name != "posix", reason="a shell script stands for the compiler")
@@ -49,7 +49,7 @@ def forget() -> None:
 
 
 def flown() -> np.ndarray:
-    return engine.run(steps.tiny(2.0), np.array([[1.0, 2.0, 3.0]]), lambda a, b: np.ones((1, b - a)), 1)
+    return engine.run(steps.tiny(2.0), np.array([[1.0, 2.0, 3.0]]), 1, machine="native")
 
 
 def compiler_that(tmp_path: Path, does: str) -> str:
@@ -100,6 +100,36 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path, monkeypa
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert np.array_equal(flown(), TWICE_AND_ONE)
     assert (tmp_path / "file").read_text() == "no folder"
+
+
+@posix
+@steps.needs_compiler
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="nothing is read-only for the superuser")
+def test_a_cache_that_can_only_be_read_is_read(cache: Path, monkeypatch) -> None:
+    flown()
+    cache.chmod(0o555)
+    forget()
+    monkeypatch.setattr(module, "_compiled", None)
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+
+
+@steps.needs_compiler
+def test_what_was_used_longest_ago_is_removed(cache: Path, monkeypatch) -> None:
+    """Files used since then stay; the folder does not grow without bound."""
+    flown()
+    (used,) = cache.iterdir()
+    old = [cache / f"{k}.so" for k in range(4)]
+    for k, path in enumerate(old):
+        path.write_text("old")
+        os.utime(path, (1000 + k, 1000 + k))
+    os.utime(used, (500, 500))
+    forget()
+    flown()
+    monkeypatch.setattr(module, "MOST_KEPT", 4)
+    engine.run(steps.tiny(3.0), np.ones((1, 1)), 1, machine="native")
+    left = set(cache.iterdir())
+    assert len(left) == 4
+    assert left > {used, *old[2:]}
 
 
 @steps.needs_compiler
@@ -190,18 +220,16 @@ def test_what_a_compiler_says_against_a_step_is_kept(tmp_path: Path, monkeypatch
     with pytest.raises(CompilerError, match=r"must compile the step \(got exit code 3; see .*\.log\)") as caught:
         flown()
     assert "the disk is full" in Path(caught.value.log).read_text()
-    assert "void step" in Path(caught.value.log).with_suffix(".c").read_text()
+    assert "void core" in Path(caught.value.log).with_suffix(".c").read_text()
 
 
 @posix
 @steps.needs_compiler
 def test_an_interrupt_is_heard_within_a_second(tmp_path: Path) -> None:
-    """Of a run that would take a minute: control comes back to Python between chunks."""
+    """Of a run that would take a minute: the main thread waits, and tells the others."""
     ready = tmp_path / "ready"
-    program = PROGRAM.replace("np.array([[1.0, 2.0, 3.0]])", "np.ones((1, 4096))").replace(
-        ", 1).tolist", ", 10**8).tolist"
-    )
-    program = program.replace("np.ones((1, b - a))", f"(open({str(ready)!r}, 'w').close(), np.ones((1, b - a)))[1]")
+    told = f", 10**8, progress=lambda done: done and open({str(ready)!r}, 'w').close(),"
+    program = PROGRAM.replace("np.array([[1.0, 2.0, 3.0]])", "np.ones((1, 4096))").replace(", 1,", told)
     running = started({}, program)
     for _ in range(600):
         if ready.exists():

@@ -23,9 +23,9 @@ def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
 def test_a_closed_loop_is_read_as_the_virtual_machine_reads_it(kind: str) -> None:
     loop = getattr(steps, kind)()
     states = loop.starts * (1 + 1e-3 * np.random.default_rng(0).normal(size=loop.starts.shape))
-    columns = loop.outside(0, states.shape[1])
-    found = engine.tape_of(loop.step).evaluate(states, columns)
-    for one, expected in zip(found, loop.step(states, columns), strict=True):
+    nothing, numbers = np.empty((0, states.shape[1])), np.arange(states.shape[1])[None]
+    found = engine.tape_of(loop.step.core).evaluate(states, nothing, numbers, nothing)
+    for one, expected in zip(found, loop.step.graph()(states, nothing, numbers), strict=True):
         assert_same(one, expected.full())
 
 
@@ -39,7 +39,7 @@ def test_a_path_jet_is_read_as_the_virtual_machine_reads_it(name: str) -> None:
 @pytest.mark.parametrize("kind", ["paper_circle", "quadrotor"])
 def test_a_slot_is_not_taken_while_its_value_is_needed(kind: str) -> None:
     """And few slots are enough: far fewer than values, and no more than CasADi's own."""
-    step = getattr(steps, kind)().step
+    step = getattr(steps, kind)().step.core
     tape = engine.tape_of(step)
     holder: dict[int, int] = {}
     for k, each in enumerate(tape.instructions):

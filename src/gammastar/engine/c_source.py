@@ -10,6 +10,7 @@ import functools
 import importlib.resources
 import math
 import re
+from collections.abc import Iterable, Mapping, Sequence
 
 from gammastar.engine.branches import Branch, Choice, Item, Plan, branched
 from gammastar.engine.tape import CONSTANT, INPUT, Tape
@@ -30,9 +31,14 @@ OPERATORS = {
     "inv": "{one} / {x}",
 }
 COMPARISONS = {"lt": "{x} < {y}", "le": "{x} <= {y}", "eq": "{x} == {y}", "ne": "{x} != {y}"}
+PATTERNS = OPERATORS | COMPARISONS
 CONNECTIVES = {"not": "negated({s})", "and": "both({s}, {t})", "or": "either({s}, {t})"}
+TRUTHS = {*COMPARISONS, *CONNECTIVES}
 OWN = ("if_else_zero", "fmin", "fmax", "sign")  # written by us for one lane too
-IN_LANES = (*OWN, "fabs", "copysign", "sqrt", "floor", "ceil", "sin", "cos", "exp", "expm1", "atan", "atan2")
+IN_LANES = (
+    *(*OWN, "fabs", "copysign", "sqrt", "floor", "ceil"),
+    *("sin", "cos", "exp", "expm1", "log", "atan", "atan2"),
+)
 LIBRARY = (
     *("fabs", "copysign", "sqrt", "floor", "ceil", "fmod", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
     *("exp", "expm1", "log", "log1p", "pow", "hypot", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
@@ -56,21 +62,42 @@ def c_source(tape: Tape, name: str = "step", real: str = "double", lanes: int = 
         real: 'double', or 'float' for one lane.
         lanes: Numbers in a value.  Several take the vector extensions of gcc and clang; one is plain C99.
     """
+    return c_file({name: tape}, real, lanes)
+
+
+def c_file(
+    tapes: Mapping[str, Tape], real: str = "double", lanes: int = 1, rest: str = "", of_rest: Sequence[str] = ()
+) -> str:
+    """Return a C file of several functions by name, as `c_source` writes one, with what they take before them and a rest behind them.
+
+    Args:
+        tapes: Name -> tape.
+        real: 'double', or 'float' for one lane.
+        lanes: Numbers in a value.
+        rest: C that goes with the functions.
+        of_rest: Operations that the rest takes, as `real_floor` takes 'floor'.
+    """
     if real not in REALS or (real == "float" and lanes > 1) or lanes < 1:
         raise InputError(f"C is written in double, or in float for one lane (got {real}, {lanes} lanes); choose double")
+    body = "".join(_function(tape, name, real, lanes) for name, tape in tapes.items()) + rest
+    operations = {each.operation for tape in tapes.values() for each in tape.instructions}
+    return _head(operations.union(of_rest), real, lanes, body) + body
+
+
+def _function(tape: Tape, name: str, real: str, lanes: int) -> str:
+    """Return one function."""
     arguments = [f"const real *restrict x{k}" for k in range(len(tape.sizes))]
     results = [f"real *restrict y{k}" for k in range(len(tape.outputs))]
     head = f"void {name}({', '.join(arguments + results)}) {{"
     read = {each.inputs[0] for each in tape.instructions if each.operation == INPUT}
     unused = [f"    (void)x{k};" for k in range(len(tape.sizes)) if k not in read]
     unused += [f"    (void)y{k};" for k, values in enumerate(tape.outputs) if not values]
-    body = "\n".join([head, *unused, *_lines(tape, real, lanes), "}", ""])
-    return _types(tape, real, lanes, body) + body
+    return "\n".join([head, *unused, *_lines(tape, real, lanes), "}", ""])
 
 
-def _types(tape: Tape, real: str, lanes: int, body: str) -> str:
-    """Return what stands before the function: the type, and the functions that it takes, for one lane no others."""
-    names = sorted({"pow" if each.operation == "constpow" else each.operation for each in tape.instructions})
+def _head(operations: Iterable[str], real: str, lanes: int, body: str) -> str:
+    """Return what stands before the functions: the type, and what they take, for one lane no others."""
+    names = sorted({"pow" if each == "constpow" else each for each in operations})
     if lanes == 1:
         suffix = "f" if real == "float" else ""
         taken = [f"#define real_{name} {name}{suffix}" for name in names if name in LIBRARY]
@@ -172,7 +199,7 @@ class _Writer:
 
     def is_truth(self, value: int) -> bool:
         """Return whether a value is a comparison or a connective."""
-        return self.instructions[value].operation in COMPARISONS | CONNECTIVES
+        return self.instructions[value].operation in TRUTHS
 
     def literal(self, value: float) -> str:
         """Return a constant that reads back as the same number."""
@@ -212,7 +239,7 @@ class _Writer:
             return f"{self.truth(choice.condition)} ? {next(sides)} : {next(sides)}"
         if name in CONNECTIVES:
             return CONNECTIVES[name].format(**dict(zip("st", map(self.truth, inputs), strict=False)))
-        if pattern := (OPERATORS | COMPARISONS).get(name):
+        if pattern := PATTERNS.get(name):
             texts = [self.operand(each) for each in inputs]
             if all(self.instructions[each].operation == CONSTANT for each in inputs):
                 texts[0] = self.number(inputs[0])

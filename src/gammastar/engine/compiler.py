@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import ctypes
 import functools
 import hashlib
@@ -27,6 +28,7 @@ GCC = (
     "-fschedule-insns",
     "-fsched-pressure",
 )  # before registers are given out: a quarter faster; clang has no such flags
+MOST_KEPT = 200  # files in the cache; the one used longest ago goes first
 LANES = {"__AVX512F__": 8, "__AVX__": 4, "__SSE2__": 2, "__ARM_NEON": 2}  # doubles in a vector register; 1 without any
 
 
@@ -96,11 +98,16 @@ def library(maker: Compiler, source: str) -> ctypes.CDLL:
     key = maker.key(source)
     for kept in _kept(key):
         try:
-            return ctypes.CDLL(str(kept))
+            found = ctypes.CDLL(str(kept))
         except OSError:  # of another system, say; made anew below
             continue
+        with contextlib.suppress(OSError):  # a cache that can only be read
+            os.utime(kept)
+        return found
     made = _compiled(maker, key, source)
-    return ctypes.CDLL(str(_stored(f"{key}-{_digest(made)}.so", made)))
+    place = _stored(f"{key}-{_digest(made)}.so", made)
+    _tidy(place.parent)
+    return ctypes.CDLL(str(place))
 
 
 def _compiled(maker: Compiler, key: str, source: str) -> bytes:
@@ -158,6 +165,17 @@ def _kept(key: str) -> Iterator[Path]:
                 yield path
         except OSError:  # taken away meanwhile
             continue
+
+
+def _tidy(folder: Path) -> None:
+    """Remove what was used longest ago; other processes do so at the same time, and make again what they miss."""
+    ages = list[tuple[float, Path]]()
+    for path in folder.iterdir():
+        with contextlib.suppress(OSError):
+            ages.append((path.stat().st_mtime, path))
+    for _, path in sorted(ages)[:-MOST_KEPT]:
+        with contextlib.suppress(OSError):
+            path.unlink()
 
 
 def _stored(name: str, content: bytes) -> Path:

@@ -1,6 +1,6 @@
 /* Several lanes: a value is a vector of doubles, a truth a vector of all ones or all zeros.
  *
- * Sines, exponentials and the arctangent follow the polynomials of Sun's fdlibm, without branches; their relative error is below
+ * Sines, exponentials, the logarithm and the arctangent follow the polynomials of Sun's fdlibm, without branches; their relative error is below
  * 1e-15.  NaN in, NaN out, in its own lane.  What is rare goes through the C library lane by lane.
  *
  * fdlibm: Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved.  Developed at SunPro, a Sun Microsystems, Inc. business.
@@ -98,6 +98,20 @@ static real real_expm1(real x) {
     const real t = 3.0 - q * h, e = s * ((q - t) / (6.0 - r * t)), tail = (r * (e - c) - c) - s;
     const real y = (1.0 - power_of_two((bits)select(n > 60.0, (real)(0 * k - 60), (real)-k))) - (tail - r);
     return y * power_of_two(half) * power_of_two(k - half);
+}
+
+/* x = 2^k (1 + f) with 1 + f between the roots of 1/2 and 2. */
+static real real_log(real x) {
+    const bits root = (bits)spread(0.70710678118654752440), shifted = (bits)x + ((bits)spread(1.0) - root);
+    const real n = (real)(((shifted >> 52) - 1023) + (bits)spread(ROUND)) - ROUND;
+    const real f = (real)((shifted & 0x000FFFFFFFFFFFFF) + root) - 1.0, s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
+    const real odd = z * (6.666666666666735130e-01 + w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01
+        + w * 1.479819860511658591e-01)));
+    const real even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+    real y = n * 6.93147180369123816490e-01 - ((half - (s * (half + (odd + even)) + n * 1.90821492927058770002e-10)) - f);
+    const truth usual = (x >= 0x1p-1022) & (x < INFINITY);
+    if (any(~usual)) EACH if (!usual[k]) y[k] = log(x[k]);
+    return y;
 }
 
 /* The smaller side over the larger one lies in [0, 1]; above tan(pi / 8) it is turned back by pi / 4, with one division in all. */
