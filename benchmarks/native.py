@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-import casadi as ca
 import machine
 import numpy as np
 
@@ -45,10 +44,7 @@ def main() -> None:
     print(f"{' '.join(found.command)} {version}, {found.lanes} lanes")
     mission = load("upside-down")
     loop, first, _ = prepared(mission.law(), mission.start(), gs.Speed(1.0), 0.0, Conditions(1.0, STEP))
-    state, number, nothing = ca.SX.sym("state", len(first)), ca.SX.sym("number"), ca.SX(0, 1)
-    outside = ca.DM(loop.outside(np.zeros(1), loop.samples(0, 1)))
-    results = list(loop.step()(state, ca.vertcat(number * STEP, outside[1:])))
-    step = engine.Step(ca.Function("core", [state, nothing, number, nothing], results))
+    step = loop.step()
     starts = np.repeat(first[:, None], FLIGHTS, axis=1)
     starts[:3] += 0.1 * np.random.default_rng(0).normal(size=(3, FLIGHTS))
     expected = engine.run(step, starts[:, :64], STEPS, machine="casadi")

@@ -39,12 +39,7 @@ def looped(law: gs.Law, starts: list[gs.State], speed: float) -> Loop:
     """Return the closed loop of a law with states at the starts, without noise and at a constant speed."""
     loop, _, _ = prepared(law, starts[0], gs.Speed(speed), 0.0, Conditions(1.0, 1e-3))
     first = [loop.start(*law.start_vector(start)) for start in starts]
-    function, number = loop.step(), ca.SX.sym("number")
-    state, nothing = ca.SX.sym("state", len(first[0])), ca.SX(0, 1)
-    outside = ca.DM(loop.outside(np.zeros(1), loop.samples(0, 1)))
-    results = function(state, ca.vertcat(number * loop.interval, outside[1:]))
-    step = Step(ca.Function("core", [state, nothing, number, nothing], list(results)))
-    return Loop(step, np.column_stack(first), loop.interval)
+    return Loop(loop.step(), np.column_stack(first), loop.interval)
 
 
 def random_starts(center: tuple[float, float, float], count: int) -> list[gs.State]:

@@ -28,7 +28,7 @@ def told(sensors: Sensors, truth: np.ndarray, seed: int = 0, rate: float = RATE)
     n, size = len(truth), sensors.size(rate)
     memory, state, outside = ca.SX.sym("memory", size), ca.SX.sym("state", 20), ca.SX.sym("outside", 24)
     step = ca.Function("step", [memory, state, outside], list(sensors.measured(memory, split(state), outside, rate)))
-    start = sensors.start(State.from_vector(truth[0]), rate)
+    start = sensors.start(truth[0], rate)
     assert start.shape == (size,)
     columns = np.vstack([truth.T, sensors.exogenous(seed, n, rate)])
     symbol = ca.MX.sym("columns", 44)
@@ -74,7 +74,7 @@ def test_errors_are_white_with_deviation_and_bias_as_asked(channel: str) -> None
     """5,000 samples: the mean within 4 deviations of itself (4 s / sqrt(n)), the deviation within 4 percent (4 / sqrt(2 n))."""
     deviation, bias = np.array([0.01, 0.02, 0.03]), np.array([0.05, -0.02, 0.0])
     truth = still(5000)
-    found = errors(told(Sensors(**{channel: Channel(deviation, bias=bias)}), truth), truth, channel)
+    found = errors(told(Sensors(**{channel: Channel(deviation, bias=bias)}), truth, seed=1), truth, channel)
     assert found.mean(axis=0) == pytest.approx(bias, abs=4 * 0.03 / np.sqrt(5000))
     assert found.std(axis=0) == pytest.approx(deviation, rel=0.04)
     scaled = (found - bias) / deviation

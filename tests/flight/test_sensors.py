@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from gammastar import so3
 from gammastar.errors import InputError
 from gammastar.flight import SensorNoise
-from gammastar.flight.sensors import CHANNELS, SIZE, density_preserving, measured
+from gammastar.flight.noise import SIZE, density_preserving, measured
+from gammastar.law.measurement import CHANNELS
 from gammastar.vehicle import join, split
 from strategies import numbers, states, vectors
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 import scipy.integrate
@@ -11,8 +12,10 @@ import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gammastar import engine
 from gammastar.errors import InputError
-from gammastar.flight.wind import Gusts, Wind, _filtered
+from gammastar.flight.draws import Draws
+from gammastar.flight.wind import SIZE, STATIONARY, Gusts, Wind
 from strategies import numbers, vectors
 
 GUSTS = Gusts((1.0, 0.8, 0.5), (0.5, 0.4, 0.2))
@@ -55,23 +58,43 @@ def test_the_spectrum_is_drydens() -> None:
         assert ratio == pytest.approx(np.ones(3), abs=0.25 if high < 0.2 else 0.1)
 
 
+def blown(wind: Wind, state: np.ndarray) -> np.ndarray:
+    """Return the velocity (3,) of the air in a state of the wind."""
+    symbol = ca.SX.sym("state", wind.size)
+    return np.asarray(ca.Function("air", [symbol], [ca.densify(wind.velocity(symbol))])(state).full().ravel())
+
+
 @pytest.mark.parametrize("time", [0.01, 1.0, 300.0, 1e5])
 def test_the_first_sample_is_as_likely_as_any_other(time: float) -> None:
-    """Stationary from the start: over 4,000 seeds the first and the last of three samples have variance one half and one quarter."""
-    rng = np.random.default_rng(3)
-    drawn = np.array([_filtered(rng.standard_normal((3, 2)), time) for _ in range(4000)])
-    for k in (0, 2):
-        covariance = np.cov(drawn[:, :, k].T)
-        assert covariance == pytest.approx(np.array([[0.5, 0.25], [0.25, 0.25]]), abs=0.04)
+    """Stationary from the start: over 4,000 flights the first and the third state of each axis have covariance [1/2 1/4; 1/4 1/4]."""
+    gusts, flights = Gusts(1.0, time), np.arange(4000)
+    state, uniforms = ca.SX.sym("state", SIZE), ca.SX.sym("uniforms", 6)
+    step = ca.Function("step", [state, uniforms], [gusts.advanced(state, Draws(gusts.pairs, uniforms), 1.0)])
+    states = gusts.start(3, flights)
+    for k in range(3):
+        for axis in range(3):
+            covariance = np.cov(states[2 * axis : 2 * axis + 2])
+            assert covariance == pytest.approx(STATIONARY, abs=0.04)
+        states = step(states, engine.uniforms(3, flights, [k], gusts.pairs)[:, 0]).full()
 
 
 @given(st.integers(0, 2**32), st.integers(1, 60), st.integers(0, 60))
 def test_the_beginning_of_a_flight_does_not_depend_on_its_length(seed: int, n: int, more: int) -> None:
-    wind = Wind((3, -1, 0.5), GUSTS)
-    short, long = wind.exogenous(seed, n, 100.0), wind.exogenous(seed, n + more, 100.0)
+    short, long = GUSTS.samples(seed, n, 100.0), GUSTS.samples(seed, n + more, 100.0)
     assert short.shape == (3, n)
     assert np.array_equal(short, long[:, :n])
-    assert not np.array_equal(short, wind.exogenous(seed + 1, n, 100.0))
+    assert not np.array_equal(short, GUSTS.samples(seed + 1, n, 100.0))
+    assert not np.array_equal(short, GUSTS.samples(seed, n, 100.0, flight=1))
+
+
+def test_an_axis_does_not_feel_the_others() -> None:
+    one, all_three = (
+        Gusts((0.0, 1.0, 0.0), 0.5).samples(7, 40, 100.0),
+        Gusts((2.0, 1.0, 3.0), 0.5).samples(7, 40, 100.0),
+    )
+    assert np.array_equal(one[1], all_three[1])
+    assert not one[[0, 2]].any()
+    assert Gusts(1.0, 0.5).start(7, [0, 4])[:, 1].tolist() == Gusts(1.0, 0.5).start(7, 4).tolist()
 
 
 @given(vectors(20.0))
@@ -81,12 +104,14 @@ def test_gusts_blow_along_across_and_below_the_mean_wind(mean: np.ndarray) -> No
     assert np.linalg.det(axes) == pytest.approx(1)
     assert axes[:, 2].tolist() == [0, 0, 1]
     assert axes[:, 0] @ mean == pytest.approx(np.linalg.norm(mean[:2]), abs=1e-12)
-    along = Wind(mean, Gusts((1.0, 0.0, 0.0), 1.0)).exogenous(0, 5, 10.0) - mean[:, None]
-    assert np.cross(along.T, axes[:, 0]) == pytest.approx(np.zeros((5, 3)), abs=1e-12)
+    wind = Wind(mean, Gusts((1.0, 0.0, 0.0), 1.0))
+    along = blown(wind, wind.start(0)) - mean
+    assert np.linalg.norm(along) > 0
+    assert np.cross(along, axes[:, 0]) == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def test_wind_without_gusts_is_its_mean() -> None:
-    assert np.array_equal(Wind((1, 2, 3)).exogenous(0, 4, 100.0), np.tile([[1.0], [2.0], [3.0]], 4))
+    assert blown(Wind((1, 2, 3)), np.empty(0)).tolist() == [1, 2, 3]
 
 
 def test_low_altitude_gusts_are_the_specifications() -> None:

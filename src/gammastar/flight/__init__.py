@@ -3,9 +3,10 @@
 from gammastar.flight.band import Band, noise_band
 from gammastar.flight.fly import fly
 from gammastar.flight.integrator import INTEGRATORS, Integrator, integrator
+from gammastar.flight.noise import SensorNoise
 from gammastar.flight.phases import Phase, Replacement
 from gammastar.flight.record import FlightRecord, Status
-from gammastar.flight.sensors import PATH_FLYER, Channel, SensorNoise, Sensors
+from gammastar.flight.sensors import PATH_FLYER, Channel, Sensors
 from gammastar.flight.summary import Summary
 from gammastar.flight.wind import Gusts, Wind
 

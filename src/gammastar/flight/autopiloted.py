@@ -1,6 +1,6 @@
 """The closed loop of an autopilot and a plant: sensors, computer, commands on their way, rotors, wind; one graph of a control interval.
 
-The loop state is explicit: the plant's, the parameter of the point truly nearest, the sensors' memory, the autopilot's state.
+The loop state is explicit: the plant's, the parameter of the point truly nearest, the sensors' memory, the autopilot's state, the gusts.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
+from gammastar.flight.draws import Draws
 from gammastar.flight.plant import Plant
 from gammastar.flight.rows import nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
-from gammastar.flight.surroundings import foot, outputs_of, outside, with_lookups
+from gammastar.flight.surroundings import foot, lookups_of, outputs_of
 from gammastar.flight.wind import Wind
 from gammastar.law import Law, Reference
 from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot
 from gammastar.law.guidance import Guidance, Surroundings
 from gammastar.law.measurement import CHANNELS
 from gammastar.law.piecewise import DATA_SIZE
-from gammastar.vehicle import State, Vehicle, join
+from gammastar.vehicle import Vehicle, join
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
-EXOGENOUS = 6 * len(CHANNELS)  # what comes to the sensors from outside: errors and flags of the axes
-SAMPLES = 3 + EXOGENOUS  # wind, and that
+ERRORS = 6 * len(CHANNELS)  # of the sensors in an interval, with flags of the axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class AutopilotLoop:
     autopilot: Autopilot
     plant: Plant
     sensors: Sensors
-    wind: Wind | None
+    wind: Wind
 
     @property
     def guidance(self) -> Guidance:
@@ -70,19 +70,24 @@ class AutopilotLoop:
         return self.plant.substeps
 
     @property
-    def sizes(self) -> tuple[int, int, int, int]:
-        """Return the sizes of the parts of the state: plant, true parameter, sensors, autopilot."""
-        return self.plant.size, 1, self.sensors.size(1 / self.interval), self.autopilot.size
+    def sizes(self) -> tuple[int, int, int, int, int]:
+        """Return the sizes of the parts of the state: plant, true parameter, sensors, autopilot, wind."""
+        return self.plant.size, 1, self.sensors.size(1 / self.interval), self.autopilot.size, self.wind.size
 
-    def samples(self, seed: int, count: int) -> np.ndarray:
-        """Return (27, count) wind and errors of the sensors by interval; sample k depends on the seed and k alone."""
-        wind = np.zeros((3, count)) if self.wind is None else self.wind.exogenous(seed, count, 1 / self.interval)
-        return np.vstack([wind, self.sensors.exogenous(seed, count, 1 / self.interval)])
+    @property
+    def parameter(self) -> int:
+        """Return where the path parameter that the law tracks is in the state."""
+        return sum(self.sizes[:3])
 
-    def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
+    @property
+    def pairs(self) -> tuple[int, ...]:
+        """Return the pairs of random numbers that a step draws."""
+        return self.sensors.pairs + self.wind.pairs
+
+    def start(self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0) -> np.ndarray:
         """Return the loop state at the start of a flight from a stacked state (20,)."""
-        sensors = self.sensors.start(State.from_vector(state), 1 / self.interval)
-        parts = [self.plant.start(state), [parameter], sensors, self.autopilot.start(state, parameter)]
+        sensors, wind = self.sensors.start(state, 1 / self.interval), self.wind.start(seed, flight)
+        parts = [self.plant.start(state), [parameter], sensors, self.autopilot.start(state, parameter), wind]
         return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
     def guided(self, guidance: Guidance) -> AutopilotLoop:
@@ -95,18 +100,21 @@ class AutopilotLoop:
         sizes = self.sizes
         motion = np.concatenate([last[:18], [0.0, 0.0]])
         state[sizes[0]] = parameter
-        first = sum(sizes[:3])
+        first = self.parameter
         state[first : first + 2] = parameter, float(self.guidance.starts_waiting(motion, parameter))
         return state
 
-    def outside(self, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return what comes from outside (m, n) at times (n,) with samples (27, n)."""
-        return outside(self.guidance, times, samples)
+    def step(self) -> engine.Step:
+        """Return one interval; its core is built once for a path's kind, and the path's and the reference's numbers are looked up."""
+        core = engine.compiled((*self._signature, self.sensors.signature, self.wind.signature), self._core)
+        return engine.Step(core, lookups_of(self.guidance, self.parameter, self.interval), self.pairs)
 
-    def step(self) -> Any:
-        """Return the function of one interval: (loop state, what comes from outside) -> (next, observation)."""
-        core = engine.compiled(self._signature, self._core)
-        return with_lookups(core, self.guidance, sum(self.sizes), sum(self.sizes[:3]), SAMPLES)
+    def given(self) -> Any:
+        """Return an interval without chance, the function (loop state without wind, time, air (3,), errors (24,), rows).
+
+        It gives the next state and the observation.
+        """
+        return engine.compiled(self._signature, self._given)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
@@ -114,15 +122,25 @@ class AutopilotLoop:
         return ("autopilot loop", self.autopilot.signature, self.plant.signature, late)
 
     def _core(self) -> Any:
-        """Return the function (loop state, [time, samples, data of reference and path]) -> (next loop state, observation)."""
-        size = 1 + SAMPLES + DATA_SIZE + self.law.path.data_size
-        loop_state, inputs = ca.SX.sym("loop_state", sum(self.sizes)), ca.SX.sym("inputs", size)
-        plant, true_parameter, memory, pilot = ca.vertsplit(loop_state, [0, *np.cumsum(self.sizes)])
-        cuts = np.cumsum([0, 1, 3, EXOGENOUS, DATA_SIZE, self.law.path.data_size])
-        time, wind, errors, wanted, data = ca.vertsplit(inputs, cuts.tolist())
+        """Return the function (loop state, no parameters, column, rows) -> (next loop state, observation) of a `Step`."""
+        loop_state, column = ca.SX.sym("loop_state", sum(self.sizes)), ca.SX.sym("column", 1 + 2 * len(self.pairs))
+        rows, rate = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size), 1 / self.interval
+        draws, cut = Draws(self.pairs, column[1:]), sum(self.sizes[:4])
+        errors, air = self.sensors.drawn(column[0], draws, rate), self.wind.velocity(loop_state[cut:])
+        after, observation = self.given()(loop_state[:cut], column[0] * self.interval, air, errors, rows)
+        wind = self.wind.advanced(loop_state[cut:], draws, rate)
+        results = ca.cse([ca.densify(ca.vertcat(after, wind)), ca.densify(observation)])
+        return ca.Function("core", [loop_state, ca.SX.sym("parameters", 0), column, rows], results)
+
+    def _given(self) -> Any:
+        loop_state, time = ca.SX.sym("loop_state", sum(self.sizes[:4])), ca.SX.sym("time")
+        wind, errors = ca.SX.sym("wind", 3), ca.SX.sym("errors", ERRORS)
+        rows = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size)
+        plant, true_parameter, memory, pilot = ca.vertsplit(loop_state, [0, *np.cumsum(self.sizes[:4])])
+        data = rows[DATA_SIZE:]
         exposed, _ = self.plant.motion(plant, ca.SX.zeros(self.plant.command_size))
         memory, measurement = self.sensors.measured(memory, exposed, errors, 1 / self.interval)
-        stepped = self.autopilot.step(pilot, measurement, time, Surroundings(data, wanted))
+        stepped = self.autopilot.step(pilot, measurement, time, Surroundings(data, rows[:DATA_SIZE]))
         acting = self.plant.acting(plant, stepped.command)
         state, wrench = self.plant.motion(plant, acting)
         place = foot(pilot[1], stepped.waiting, stepped.parameter, true_parameter)
@@ -131,7 +149,7 @@ class AutopilotLoop:
         followed = self.law.path.track(after[:3], ca.vertcat(place, data))
         nearest = ca.if_else(stepped.waiting, stepped.parameter, followed)
         results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
-        return ca.Function("core", [loop_state, inputs], ca.cse([ca.densify(each) for each in results]))
+        return ca.Function("given", [loop_state, time, wind, errors, rows], [ca.densify(each) for each in results])
 
     def _observation(
         self,

@@ -8,10 +8,12 @@ time: f is the loop that flies.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from gammastar import engine
@@ -115,20 +117,18 @@ def noise_band(
     loop, first, steps = prepared(law, start, wanted, yaw_reference, conditions)
     assert isinstance(loop, AutopilotLoop)
     begin = int(np.ceil((duration / 2 if after is None else number(after, "after [s]", at_least=0)) / loop.interval))
-    samples = _quiet(loop, steps + 1)
-    times = np.arange(steps + 1) * loop.interval
-
-    def outside(a: int, b: int) -> np.ndarray:
-        return loop.outside(times[a:b], samples[:, a:b])
-
-    states, observations = engine.scan(loop.step(), first, outside, steps + 1)
+    quiet = dataclasses.replace(loop, sensors=_quiet(sensors))
+    states, observations = engine.trace(quiet.step(), first, steps + 1, machine="casadi")
     rows = loop.rows(states, observations)
     if not np.all(np.isfinite(states)):
         raise InputError(
             "the flight without noise must last (got NaN or infinity on the way); fly it without sensors first"
         )
-    states = states[:, : steps + 1]
-    position, rotor_speeds = _covariances(loop, states, outside(0, steps + 1), begin)
+    states = states[: sum(loop.sizes[:4]), : steps + 1]
+    times = np.arange(steps + 1) * loop.interval
+    errors = quiet.sensors.exogenous(0, steps + 1, 1 / loop.interval)
+    outside = np.vstack([times, rows["wind"].T, errors, _looked_up(loop, states, times)])
+    position, rotor_speeds = _covariances(loop, states, outside, begin)
     tangents = law.path.jets(states[loop.plant.size, begin:])[:, 1]
     tangents = tangents / np.linalg.norm(tangents, axis=1)[:, None]
     across = np.eye(3) - tangents[:, :, None] * tangents[:, None, :]
@@ -136,14 +136,16 @@ def noise_band(
     return Band(times[begin:], rows["distance"][begin:], position, across, saturation)
 
 
-def _quiet(loop: AutopilotLoop, count: int) -> np.ndarray:
-    """Return what comes from outside (27, count) with every sample taken and no error but the bias."""
-    samples = loop.samples(0, count)
-    for index, channel in enumerate(loop.sensors.channels):
-        rows = 3 + 6 * index
-        samples[rows : rows + 3] = np.asarray(channel.bias)[:, None]
-        samples[rows + 3 : rows + 6] = channel.sampled(count, 1 / loop.interval)
-    return samples
+def _quiet(sensors: Sensors) -> Sensors:
+    """Return sensors without noise: every sample arrives, with no error but the bias."""
+    return Sensors(*(dataclasses.replace(channel, deviation=0.0, dropout=0.0) for channel in sensors.channels))
+
+
+def _looked_up(loop: AutopilotLoop, states: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return what a step looks up (w, n) at states (m, n) and times (n,): the reference's numbers, then the path's."""
+    parameters, reference = states[loop.parameter], loop.reference
+    keys = parameters if reference.over_progress else times
+    return np.vstack([reference.pieces.data(keys), loop.law.path.data(parameters)])
 
 
 def _saturation(loop: AutopilotLoop, states: np.ndarray, variances: np.ndarray) -> np.ndarray:
@@ -162,7 +164,7 @@ def _covariances(
     """Return the covariances (n, 3, 3) of the position and variances (n, rotors) of speeds from row `begin` on, where noise sets in."""
     from scipy.sparse import csr_array
 
-    step, kept = loop.step(), _kept(loop)
+    step, kept = _stacked(loop), _kept(loop)
     errors = [4 + 6 * channel + axis for channel in range(4) for axis in range(3)]  # rows of what comes from outside
     flags = [row + 3 for row in errors]
     deviations = np.concatenate([np.asarray(channel.deviation) for channel in loop.sensors.channels])
@@ -186,9 +188,18 @@ def _covariances(
     return np.array(found), np.array(speeds)
 
 
+def _stacked(loop: AutopilotLoop) -> Any:
+    """Return an interval without chance as the function (loop state without wind, what comes from outside) -> next state."""
+    given = loop.given()
+    sizes = [given.size1_in(k) for k in range(given.n_in())]
+    state, outside = ca.SX.sym("state", sizes[0]), ca.SX.sym("outside", sum(sizes[1:]))
+    parts = ca.vertsplit(outside, np.cumsum([0, *sizes[1:]]).tolist())
+    return ca.Function("given", [state, outside], [given(state, *parts)[0]])
+
+
 def _kept(loop: AutopilotLoop) -> np.ndarray:
     """Return the entries of the loop's state that matter: all but a filter's covariance, which acts through what noise alone brings."""
-    size = sum(loop.sizes)
+    size = sum(loop.sizes[:4])
     estimate = 0 if loop.law.estimator is None else loop.law.estimator.size - MOTION
     return np.arange(size - estimate)
 
@@ -200,7 +211,7 @@ def _derivative(step: Any, at: tuple[np.ndarray, np.ndarray], entries: np.ndarra
     steps = STEP * np.maximum(1.0, np.abs(at[which][entries]))
     columns = [np.tile(each[:, None], 1 + len(entries)) for each in at]
     columns[which][entries, np.arange(len(entries))] += steps
-    after = step(*columns)[0].full()
+    after = step(*columns).full()
     return np.asarray((after[:, :-1] - after[:, -1:]) / steps)
 
 

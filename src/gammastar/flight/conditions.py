@@ -9,8 +9,9 @@ from gammastar.errors import InputError, UnknownNameError
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.integrator import integrator as integrator_by_name
 from gammastar.flight.loop import FEEDBACKS, ClosedLoop
+from gammastar.flight.noise import SensorNoise
 from gammastar.flight.plant import Plant
-from gammastar.flight.sensors import Channel, SensorNoise, Sensors
+from gammastar.flight.sensors import Channel, Sensors
 from gammastar.flight.timing import timing
 from gammastar.flight.wind import Wind
 from gammastar.law import Law
@@ -123,7 +124,8 @@ class Conditions:
                         "an inner loop that is faster cannot be told from one of that bandwidth, so give it"
                     )
         plant = Plant(truth, interval, substeps, method, law.interface)
-        return AutopilotLoop(Autopilot(guidance, interval, feedback == "middle"), plant, self._sensors(), self.wind)
+        autopilot = Autopilot(guidance, interval, feedback == "middle")
+        return AutopilotLoop(autopilot, plant, self._sensors(), self.wind or Wind())
 
     def _truth(self, law: Law) -> Vehicle:
         return law.vehicle if self.truth is None else self.truth

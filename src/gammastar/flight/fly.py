@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +16,10 @@ from gammastar.flight.autopilot_rows import AutopilotRows
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.loop import ClosedLoop
+from gammastar.flight.noise import SensorNoise
 from gammastar.flight.phases import Phase, Replacement, phases_of
 from gammastar.flight.record import FlightRecord, Status
-from gammastar.flight.sensors import SensorNoise, Sensors
+from gammastar.flight.sensors import Sensors
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Speed
@@ -44,6 +47,7 @@ def fly(
     sensors: Sensors | None = None,
     wind: Wind | None = None,
     seed: int = 0,
+    flight: int = 0,
     yaw_reference: float = 0.0,
     heading: Heading | None = None,
     settled_within: float = 1e-3,
@@ -71,6 +75,7 @@ def fly(
         sensors: With rates, noise, biases, delays and lost samples, in place of `noise`.
         wind: In which the vehicle really flies; the law does not know it.
         seed: Of noise, sensors and gusts.
+        flight: Number of this flight among those of the seed; each draws anew, see `fly_many`.
         yaw_reference: Constant reference of the yaw output [rad/s for the default output].
         heading: `Along`, `Azimuth` or `Towards` in place of a constant reference.
         settled_within: Distance [m] that counts as on the path in the summary.
@@ -96,16 +101,15 @@ def fly(
     number(settled_within, "settled_within [m]", above=0)
     yaw = number(yaw_reference, "yaw reference") if heading is None else heading
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
-    loop, first, steps = prepared(law, start, wanted, yaw, conditions)
+    chance = whole(seed, "seed"), whole(flight, "flight")
+    loop, first, steps = prepared(law, start, wanted, yaw, conditions, *chance)
     phases = phases_of(law, wanted, replacements, loop.interval, steps)
-    seed = whole(seed, "seed")
-    samples = loop.samples(seed, steps + 1)
     times = np.arange(steps + 1) * loop.interval
     ideal = isinstance(loop, ClosedLoop)
     watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18] if ideal else -np.inf)
     if turns_too_far(first[15:18], watch.step):
         watch.status = Status.UNRESOLVED
-    parts = _flown(loop, first, phases, times, samples, watch, progress)
+    parts = _flown(loop, first, phases, times, chance, watch, progress)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     status, count = watch.status, len(rows["state"])
     if ideal and status in (Status.NOT_FINITE, Status.UNRESOLVED):
@@ -148,7 +152,7 @@ def _flown(
     first: np.ndarray,
     phases: Sequence[Phase],
     times: np.ndarray,
-    samples: np.ndarray,
+    chance: tuple[int, int],
     watch: Watch,
     progress: Callable[[int, int], None] | None,
 ) -> list[dict[str, np.ndarray]]:
@@ -158,24 +162,16 @@ def _flown(
         if phase.row > 0:
             loop, first = _continued(loop, last, phase, times[phase.row])
 
-        def outside(a: int, b: int, loop: ClosedLoop | AutopilotLoop = loop, row: int = phase.row) -> np.ndarray:
-            return loop.outside(times[row + a : row + b], samples[:, row + a : row + b])
-
         def told(done: int, row: int = phase.row) -> None:
             if progress is not None:
                 progress(min(row + done, steps), steps)
 
-        states, observations = engine.scan(
-            loop.step(),
-            first,
-            outside,
-            end - phase.row if watch.status is Status.COMPLETED else 0,
-            stop=watch,
-            progress=told,
-            chunk=max(1, engine.CHUNK // loop.substeps),
-        )
+        numbers: dict[str, Any] = {"seed": chance[0], "flight": chance[1], "first": phase.row}
+        drawn: Any = functools.partial(engine.trace, loop.step(), first, machine="casadi", **numbers)
+        count = end - phase.row if watch.status is Status.COMPLETED else 0
+        states, observations = drawn(count, stop=watch, progress=told, chunk=max(1, engine.CHUNK // loop.substeps))
         if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
-            observations = loop.step()(first, outside(0, 1))[1].full()
+            _, observations = drawn(1)
             _require_finite(observations)
         parts.append(loop.rows(states, observations))
         if watch.status is not Status.COMPLETED:
@@ -185,7 +181,13 @@ def _flown(
 
 
 def prepared(
-    law: Law, start: State, reference: AnyReference, yaw: Yaw, conditions: Conditions
+    law: Law,
+    start: State,
+    reference: AnyReference,
+    yaw: Yaw,
+    conditions: Conditions,
+    seed: int = 0,
+    flight: int = 0,
 ) -> tuple[ClosedLoop | AutopilotLoop, np.ndarray, int]:
     """Return the closed loop of a flight, its state at the start, and its intervals; nothing after this refuses the flight.
 
@@ -196,7 +198,7 @@ def prepared(
     _, _, steps = conditions.timing(law)
     x, parameter = law.start_vector(start)
     loop = conditions.loop(Guidance(law, reference.resolved(law.path, parameter), yaw))
-    first = loop.start(x, parameter)
+    first = loop.start(x, parameter, seed, flight)
     _require_finite(first)
     return loop, first, steps
 

@@ -1,4 +1,4 @@
-"""The closed loop as one graph: (loop state, time and noise) -> (next loop state, observation).
+"""The closed loop as one graph: (loop state, number of the step and random numbers) -> (next loop state, observation).
 
 The loop state is explicit: the vehicle's 20 numbers, the path parameter that the law tracks from what it measures, the
 parameter of the point truly nearest, the input that a sampled law holds, and whether a target on the path waits.
@@ -14,11 +14,11 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
+from gammastar.flight.draws import Draws
 from gammastar.flight.integrator import Integrator
+from gammastar.flight.noise import SensorNoise, measured
 from gammastar.flight.rows import nearest_distances, normal_rows
-from gammastar.flight.sensors import SIZE as NOISE_SIZE
-from gammastar.flight.sensors import SensorNoise, measured
-from gammastar.flight.surroundings import foot, outputs_of, outside, with_lookups
+from gammastar.flight.surroundings import foot, lookups_of, outputs_of
 from gammastar.law import Law, Reference
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.piecewise import DATA_SIZE
@@ -59,49 +59,42 @@ class ClosedLoop:
         """Return the reference along the path."""
         return self.guidance.reference
 
-    def step(self) -> Any:
-        """Return the function of one interval: (loop state (27,), what comes from outside) -> (next, observation).
+    @property
+    def pairs(self) -> tuple[int, ...]:
+        """Return the pairs of random numbers that a step draws."""
+        return () if self.noise is None else self.noise.pairs
 
-        From outside come time and noise (13,) and, for a reference over time, its data (20,).  The graph is built once for a path's
-        kind; the data of the segment that holds the parameter are looked up beside it.
-        """
+    def step(self) -> engine.Step:
+        """Return one interval; its core is built once for a path's kind, and the path's and the reference's numbers are looked up."""
         core = engine.compiled(self._signature, self._core)
-        return with_lookups(core, self.guidance, LOOP_SIZE, PARAMETER, NOISE_SIZE)
-
-    def samples(self, seed: int, count: int) -> np.ndarray:
-        """Return (12, count) noise by interval; sample k depends on the seed and k alone."""
-        return np.zeros((NOISE_SIZE, count)) if self.noise is None else self.noise.samples(seed, count)
-
-    def outside(self, times: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Return what comes from outside (m, n) at times (n,) with noise (12, n)."""
-        return outside(self.guidance, times, noise)
+        return engine.Step(core, lookups_of(self.guidance, PARAMETER, self.interval), self.pairs)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of `_core` as a constant."""
-        timing = (self.integrator.name, self.feedback, self.interval, self.substeps, self.noise is not None)
-        return ("step", self.guidance.signature, self.truth.signature, timing)
+        timing = (self.integrator.name, self.feedback, self.interval, self.substeps)
+        noise = None if self.noise is None else tuple(self.noise.deviations())
+        return ("step", self.guidance.signature, self.truth.signature, timing, noise)
 
     def _core(self) -> Any:
-        """Return the function (loop state, [time, noise, data of reference and path]) -> (next loop state, observation)."""
-        size = 1 + NOISE_SIZE + DATA_SIZE + self.law.path.data_size
-        loop_state, inputs = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("inputs", size)
-        noise, wanted, data = (
-            inputs[1 : 1 + NOISE_SIZE],
-            inputs[1 + NOISE_SIZE : 1 + NOISE_SIZE + DATA_SIZE],
-            inputs[1 + NOISE_SIZE + DATA_SIZE :],
-        )
-        time, state, around = inputs[0], split(loop_state[:STATE_SIZE]), Surroundings(data, wanted)
+        """Return the function (loop state (27,), no parameters, column, rows) -> (next loop state, observation) of a `Step`."""
+        loop_state, column = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("column", 1 + 2 * len(self.pairs))
+        rows = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size)
+        time, data = column[0] * self.interval, rows[DATA_SIZE:]
+        state, around = split(loop_state[:STATE_SIZE]), Surroundings(data, rows[:DATA_SIZE])
         if self.feedback == "continuous":
             after, decision, parameter, waiting = self._continuous(loop_state, state, time, around)
         else:
-            after, decision, parameter, waiting = self._sampled(loop_state, state, time, noise, around)
+            seen = state if self.noise is None else measured(state, self.noise.sample(Draws(self.pairs, column[1:])))
+            after, decision, parameter, waiting = self._sampled(loop_state, state, seen, time, around)
         nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
         observation = self._observation(state, nearest, loop_state[PARAMETER], waiting, decision, data)
         results = ca.cse([ca.densify(after), ca.densify(observation)])
-        return ca.Function("core", [loop_state, inputs], results)
+        return ca.Function("core", [loop_state, ca.SX.sym("parameters", 0), column, rows], results)
 
-    def start(self, state: np.ndarray, parameter: float, held: np.ndarray | None = None) -> np.ndarray:
+    def start(
+        self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0, held: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
         law, waiting = self.law, self.guidance.starts_waiting(state, parameter)
         key = np.array([parameter if self.reference.over_progress else 0.0])
@@ -171,11 +164,10 @@ class ClosedLoop:
         return loop_after, decisions[0], parameter, waiting
 
     def _sampled(
-        self, loop_state: Any, state: StateGraph, time: Any, noise: Any, around: Surroundings
+        self, loop_state: Any, state: StateGraph, seen: StateGraph, time: Any, around: Surroundings
     ) -> tuple[Any, Decision, Any, Any]:
         """Graph: the input is computed once from what is measured and held while the true vehicle moves."""
         path, data, held = self.law.path, around.path, loop_state[PARAMETER]
-        seen = state if self.noise is None else measured(state, noise)
         tracked = ca.if_else(loop_state[WAITING], held, path.track(seen.position, ca.vertcat(held, data)))
         parameter, waiting = self.guidance.mode(seen, tracked, loop_state[WAITING], data)
         used, used_time, left = seen, time, self.interval

@@ -1,4 +1,4 @@
-"""What the law is told: white noise on every sample, or sensors with rates, biases, delays and lost samples; seeded, reproducible."""
+"""What the law is told by sensors with noise, rates, biases, delays and lost samples; drawn as in `draws`."""
 
 from __future__ import annotations
 
@@ -11,67 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import so3
-from gammastar.checks import instance, magnitudes, number, three, whole
+from gammastar.checks import instance, magnitudes, number, three
 from gammastar.errors import InputError
+from gammastar.flight.draws import LOST, PER_SENSOR, Draws, evaluated, sensor_errors, sensor_pairs
 from gammastar.law.measurement import CHANNELS, freshness
-from gammastar.vehicle import State, StateGraph
+from gammastar.vehicle import StateGraph
 
-SIZE = 12  # of a sample of noise: three numbers a channel
 WIDTHS = (3, 3, 9, 3)  # numbers of a measurement by channel
 HELD = sum(WIDTHS)
 MOST_DELAY = 500  # control intervals of delay; every one is kept in the state of the loop
 ROUNDING = 1e-6  # of an interval, by which a delay or a sampling instant may miss whole intervals
-
-
-@dataclass(frozen=True, eq=False)
-class SensorNoise:
-    """Standard deviations of white noise, one sample per control interval; thrust states are the law's own and exact."""
-
-    position: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [m], world axes
-    velocity: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [m/s], world axes
-    attitude: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [rad], rotation vector in body axes: measured R is R exp(noise)
-    angular_velocity: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [rad/s], body axes
-
-    def __post_init__(self) -> None:
-        for channel in CHANNELS:
-            values = magnitudes(getattr(self, channel), f"noise of {channel}", (3,))
-            if np.any(values < 0):
-                raise InputError(
-                    f"noise of {channel} must not be negative (got {values.tolist()}); give standard deviations"
-                )
-            object.__setattr__(self, channel, values)
-
-    def deviations(self) -> np.ndarray:
-        """Return the twelve standard deviations in the order of the channels."""
-        return np.concatenate([np.asarray(getattr(self, channel)) for channel in CHANNELS])
-
-    def samples(self, seed: int, steps: int) -> np.ndarray:
-        """Return (12, steps) noise; sample k depends on the seed and k alone, not on the length of the flight."""
-        draws = np.random.default_rng(seed).standard_normal((steps, SIZE))
-        return np.asarray(self.deviations()[:, None] * draws.T)
-
-
-def density_preserving(deviation: float, sensor_rate: float, control_rate: float) -> float:
-    """Return the standard deviation at the control rate with the power spectral density of a sensor at its own rate.
-
-    White noise sampled at f with deviation s has the density s^2 / f; what a loop much slower than both rates feels is
-    the density, so s^2 / f is kept: s_control = s sqrt(f_control / f_sensor).
-    """
-    deviation = number(deviation, "noise deviation", at_least=0)
-    ratio = number(control_rate, "control rate [Hz]", above=0) / number(sensor_rate, "sensor rate [Hz]", above=0)
-    return deviation * float(np.sqrt(ratio))
-
-
-def measured(state: StateGraph, noise: Any) -> StateGraph:
-    """Graph: return the state as the sensors tell it, from a noise sample SX (12,)."""
-    return StateGraph(
-        state.position + noise[0:3],
-        state.velocity + noise[3:6],
-        state.attitude @ so3.exp(noise[6:9]),
-        state.angular_velocity + noise[9:12],
-        state.thrust,
-        state.thrust_rate,
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +63,12 @@ class Channel:
                 f"dropout of a sensor must be a probability below one (got {self.dropout:g}); give the share of lost samples"
             )
 
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters a graph as a constant."""
+        rate = None if self.rate is None else tuple(np.asarray(self.rate))
+        return (*np.asarray(self.deviation), *np.asarray(self.bias), rate, self.dropout)
+
     def late(self, control_rate: float) -> int:
         """Return the delay in control intervals, rounded up.
 
@@ -127,20 +82,22 @@ class Channel:
             )
         return math.ceil(wanted - ROUNDING)
 
-    def sampled(self, intervals: int, control_rate: float) -> np.ndarray:
-        """Return (3, intervals) flags: the axes that are sampled in each control interval; all are in the first one."""
+    def axes_sampled(self, step: Any, control_rate: float) -> Any:
+        """Graph: return SX (3,) flags of the axes that are sampled in a control interval; all are in the first one, step 0.
+
+        Where floor(k f / F) grows: the mean rate is f, and no gap differs from another by more than one interval.
+        """
         if self.rate is None:
-            return np.ones((3, intervals))
-        share = np.minimum(np.asarray(self.rate) / control_rate, 1)[:, None]
-        counted = np.floor(share * np.arange(-1, intervals) + ROUNDING)
-        return np.diff(counted, axis=1)
+            return ca.SX.ones(3)
+        share = ca.DM(np.minimum(np.asarray(self.rate) / control_rate, 1))
+        return ca.floor(share * step + ROUNDING) - ca.floor(share * (step - 1) + ROUNDING)
 
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
     """Four sensors of a vehicle; between samples each holds its last one.
 
-    Sample k of a channel depends on the seed, the channel and k alone: neither on the other channels nor on the length of the flight.
+    Sample k of a channel depends on seed, flight, channel and k alone: neither on the other channels nor on the length of the flight.
     The memory of the loop holds the last samples and, for each channel, the true values that are on their way.  Attitude errors are
     rotation vectors in body axes, R exp(error), and all axes of an attitude are sampled at once.
     """
@@ -174,25 +131,38 @@ class Sensors:
             width * channel.late(control_rate) for width, channel in zip(WIDTHS, self.channels, strict=True)
         )
 
-    def start(self, state: State, control_rate: float) -> np.ndarray:
-        """Return the memory (size,) of a vehicle that has been in a state for long, with errors by the biases alone."""
-        parts = [state.position, state.velocity, so3.stack(state.attitude), state.angular_velocity]
-        truth = [np.asarray(part, dtype=float) for part in parts]
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters the graph of `drawn` as a constant."""
+        return tuple(each.signature for each in self.channels)
+
+    def start(self, state: np.ndarray, control_rate: float) -> np.ndarray:
+        """Return the memory (size,) of a vehicle that has been in a stacked state (20,) for long, with errors by the biases alone."""
+        truth = np.split(state[:HELD], np.cumsum(WIDTHS)[:-1])
         biases = [np.asarray(channel.bias) for channel in self.channels]
-        turned = so3.stack(np.asarray(state.attitude) @ so3.exp(biases[2]))
+        turned = (truth[2].reshape(3, 3).T @ so3.exp(biases[2])).T.ravel()
         held = [truth[0] + biases[0], truth[1] + biases[1], turned, truth[3] + biases[3]]
         late = [np.tile(value, channel.late(control_rate)) for value, channel in zip(truth, self.channels, strict=True)]
         return np.concatenate([*held, *late])
 
-    def exogenous(self, seed: int, intervals: int, control_rate: float) -> np.ndarray:
-        """Return (24, intervals) what comes from outside: by channel the error (3,) of a sample taken now and the axes sampled (3,)."""
+    @property
+    def pairs(self) -> tuple[int, ...]:
+        """Return the pairs of random numbers that a step draws."""
+        channels = enumerate(self.channels)
+        return tuple(p for i, each in channels for p in sensor_pairs(i, np.asarray(each.deviation), each.dropout))
+
+    def drawn(self, step: Any, draws: Draws, control_rate: float) -> Any:
+        """Graph: return SX (24,), by channel the error (3,) of a sample taken now and flags (3,) of the axes whose sample arrives."""
         rows = []
         for index, channel in enumerate(self.channels):
-            draws = np.random.default_rng([whole(seed, "seed"), index]).standard_normal((intervals, 3)).T
-            kept = np.random.default_rng([whole(seed, "seed"), index, 1]).random(intervals) >= channel.dropout
-            error = np.asarray(channel.bias)[:, None] + np.asarray(channel.deviation)[:, None] * draws
-            rows += [error, channel.sampled(intervals, control_rate) * kept]
-        return np.vstack(rows)
+            rows.append(ca.DM(np.asarray(channel.bias)) + sensor_errors(index, np.asarray(channel.deviation), draws))
+            kept = draws.uniform(PER_SENSOR * index + LOST)[0] >= channel.dropout if channel.dropout > 0 else 1
+            rows.append(kept * channel.axes_sampled(step, control_rate))
+        return ca.vertcat(*rows)
+
+    def exogenous(self, seed: int, intervals: int, control_rate: float, flight: int = 0) -> np.ndarray:
+        """Return `drawn` as numbers (24, intervals) of a flight."""
+        return evaluated(lambda k, d: self.drawn(k, d, control_rate), self.pairs, seed, np.arange(intervals), flight)
 
     def measured(self, memory: Any, state: StateGraph, outside: Any, control_rate: float) -> tuple[Any, Any]:
         """Graph: return the next memory SX (size,) and the measurement SX (22,) of one control interval.
@@ -200,7 +170,7 @@ class Sensors:
         Args:
             memory: SX (size,), from the interval before.
             state: True state at the start of the interval.
-            outside: SX (24,), a column of `exogenous`.
+            outside: SX (24,), from `drawn`.
             control_rate: [Hz].
         """
         truth = [state.position, state.velocity, so3.stack(state.attitude), state.angular_velocity]

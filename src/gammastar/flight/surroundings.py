@@ -1,16 +1,16 @@
-"""What comes to a loop's graph from outside a step, and what is looked up beside it: shared by both closed loops."""
+"""What is looked up beside a loop's graph, and the outputs that it tells: shared by both closed loops."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 import casadi as ca
-import numpy as np
 
+from gammastar import engine
 from gammastar.law import Law, linearize
 from gammastar.law.guidance import Guidance, chosen
 from gammastar.law.piecewise import DATA_SIZE
-from gammastar.lookup import graph_at
+from gammastar.lookup import Lookup
 from gammastar.vehicle import CALM, StateGraph, Vehicle
 
 
@@ -23,32 +23,24 @@ class Outputs(NamedTuple):
     focal_margin: Any  # SX
 
 
-def outside(guidance: Guidance, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return the columns (m, n) that come from outside at times (n,) with samples: for a reference over time, its data too."""
-    reference = guidance.reference
-    return np.vstack([times, samples] if reference.over_progress else [times, samples, reference.pieces.data(times)])
-
-
-def with_lookups(core: Any, guidance: Guidance, size: int, parameter: int, samples: int) -> Any:
-    """Return the function (loop state (size,), a column from outside) -> what `core` gives, with the data looked up that it needs.
+def lookups_of(guidance: Guidance, parameter: int, interval: float) -> tuple[Lookup, ...]:
+    """Return the lookups of a step: the reference's (20,), then the path's.
 
     Args:
-        core: Function of the loop state, and of time, samples, data of the reference and data of the path.
         guidance: Path and reference.
-        size: Of the loop state.
-        parameter: Where the path parameter is in it.
-        samples: How many come from outside beside the time.
+        parameter: Where the path parameter is in the state.
+        interval: [s] of a step.
     """
-    path, reference = guidance.law.path, guidance.reference
-    if path.data_size == 0 and not reference.over_progress:
-        return core
-    known = 1 + samples
-    column = known + (0 if reference.over_progress else DATA_SIZE)
-    state, given = ca.MX.sym("loop_state", size), ca.MX.sym("outside", column)
-    place = state[parameter]
-    wanted = graph_at([reference.lookup], place) if reference.over_progress else given[known:]
-    inputs = ca.vertcat(given[:known], wanted, graph_at(path.lookups, place))
-    return ca.Function("step", [state, given], core(state, inputs))
+
+    def place(inputs: engine.Inputs, rows: Any) -> Any:
+        return inputs.state[parameter]
+
+    def time(inputs: engine.Inputs, rows: Any) -> Any:
+        return inputs.column[0] * interval
+
+    reference = guidance.reference
+    first = reference.lookup.within(place if reference.over_progress else time, 0)
+    return first, *(lookup.within(place, DATA_SIZE) for lookup in guidance.law.path.lookups)
 
 
 def foot(was_waiting: Any, waiting: Any, parameter: Any, true_parameter: Any) -> Any:

@@ -1,16 +1,21 @@
-"""Wind: a mean and gusts with the Dryden spectra, drawn before a flight from a seed."""
+"""Wind: a mean and gusts with the Dryden spectra, two filter states an axis that are part of a flight's state."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import instance, magnitude, magnitudes, number, three, whole
+from gammastar import engine
+from gammastar.checks import instance, magnitude, magnitudes, number, three
 from gammastar.errors import InputError
+from gammastar.flight.draws import FIRST_GUSTS, GUSTS, Draws, gust_pairs
 
-STREAM = 4  # of random numbers beside those of the four sensors
+SIZE = 6  # of the state of gusts: two numbers an axis
+STATIONARY = np.array([[0.5, 0.25], [0.25, 0.25]])  # covariance of the two
 FOOT = 0.3048  # [m], in which the specification's formulas are written
 HEIGHTS = (10 * FOOT, 1000 * FOOT)  # [m] over ground between which its low-altitude model holds
 LATERAL = (
@@ -84,45 +89,67 @@ class Gusts:
         lateral = 2 * s**2 * T * (1 + 3 * square) / (1 + square) ** 2
         return np.vstack([(4 * s**2 * T / (1 + square))[:1], lateral[1:]])
 
-    def samples(self, seed: int, intervals: int, control_rate: float) -> np.ndarray:
-        """Return (3, intervals) gusts [m/s] along, across and below; stationary from the first sample on.
+    @property
+    def pairs(self) -> tuple[int, ...]:
+        """Return the pairs of random numbers that a step draws."""
+        return gust_pairs(np.asarray(self.deviation))
+
+    def start(self, seed: int, flights: ArrayLike = 0) -> np.ndarray:
+        """Return the first state (6,), or (6, flights) of flights by their numbers: as likely as any later one."""
+        pairs, numbers = gust_pairs(np.asarray(self.deviation), FIRST_GUSTS), np.atleast_1d(flights)
+        uniforms = ca.SX.sym("uniforms", 2 * len(pairs))
+        first = self._drawn(Draws(pairs, uniforms), FIRST_GUSTS, [STATIONARY] * 3)
+        graph = ca.Function("first", [uniforms], [ca.densify(first)])
+        drawn = engine.uniforms(seed, numbers, [0], pairs)[:, 0]
+        states = graph.map(len(numbers))(drawn).full()
+        return np.asarray(states if np.ndim(flights) else states[:, 0])
+
+    def velocity(self, state: Any) -> Any:
+        """Graph: return the gusts SX (3,) [m/s] along, across and below, from their state SX (6,)."""
+        deviation, along = np.asarray(self.deviation), np.sqrt(2) * state[0]
+        lateral = [LATERAL[0] * state[k] + LATERAL[1] * state[k + 1] for k in (2, 4)]
+        return ca.DM(deviation) * ca.vertcat(along, *lateral)
+
+    def advanced(self, state: Any, draws: Draws, control_rate: float) -> Any:
+        """Graph: return the state SX (6,) a control interval later.
 
         The filters are discretised exactly, so that variance and correlation of the samples are those of the continuous gusts at any
-        control rate.  Sample k depends on the seed and k alone.
+        control rate.  Each axis holds w/(1 + T s) and w/(1 + T s)^2 of a white noise w that gives the lateral gust variance one.  With
+        u = 1/T in intervals, x' = A x + (w, 0)^T, A = -u [1 0; -1 1]: exp(A) = e^-u [1 0; u 1], the stationary covariance is
+        P = [1/2 1/4; 1/4 1/4], and what an interval adds has P - exp(A) P exp(A)^T.
         """
-        draws = np.random.default_rng([whole(seed, "seed"), STREAM]).standard_normal((intervals, 3, 2))
-        parts = [
-            _filtered(draws[:, axis], float(time) * control_rate) for axis, time in enumerate(np.asarray(self.time))
-        ]
-        lateral = [LATERAL[0] * part[0] + LATERAL[1] * part[1] for part in parts[1:]]
-        return np.asarray(np.asarray(self.deviation)[:, None] * np.array([np.sqrt(2) * parts[0][0], *lateral]))
+        kept, added = [], []
+        for axis, time in enumerate(np.asarray(self.time)):
+            u = 1 / (float(time) * control_rate)
+            q = -np.expm1(-2 * u)  # 1 - e^-2u
+            added.append(STATIONARY * q - (1 - q) * np.array([[0, u / 2], [u / 2, u / 2 + u**2 / 2]]))
+            slow, slower = state[2 * axis], state[2 * axis + 1]
+            kept += [np.exp(-u) * slow, np.exp(-u) * (u * slow + slower)]
+        return ca.vertcat(*kept) + self._drawn(draws, GUSTS, added)
+
+    def _drawn(self, draws: Draws, first: int, covariances: list[np.ndarray]) -> Any:
+        """Graph: return SX (6,), two normal numbers an axis with the covariances (2, 2), zero where there is no gust."""
+        rows = []
+        for axis, covariance in enumerate(covariances):
+            blows = np.asarray(self.deviation)[axis] > 0
+            rows.append(_factor(covariance) @ draws.normals(first + axis) if blows else ca.SX.zeros(2))
+        return ca.vertcat(*rows)
+
+    def samples(self, seed: int, intervals: int, control_rate: float, flight: int = 0) -> np.ndarray:
+        """Return (3, intervals) gusts [m/s] along, across and below of a flight; stationary from the first sample on."""
+        state, column = ca.SX.sym("state", SIZE), ca.SX.sym("column", 1 + 2 * len(self.pairs))
+        after = self.advanced(state, Draws(self.pairs, column[1:]), control_rate)
+        inputs = [state, ca.SX(0, 1), column, ca.SX(0, 1)]
+        core = ca.Function("gusts", inputs, [ca.densify(each) for each in (after, self.velocity(state))])
+        step = engine.Step(core, channels=self.pairs)
+        return engine.trace(step, self.start(seed, flight), intervals, seed=seed, flight=flight, machine="casadi")[1]
 
 
-def _filtered(draws: np.ndarray, time: float) -> np.ndarray:
-    """Return (2, n) stationary samples of w/(1 + T s) and w/(1 + T s)^2 from draws (n, 2), T in intervals.
-
-    The white noise w has the density that gives the lateral gust variance one.  With u = 1/T, x' = A x + (w, 0)^T, A = -u [1 0; -1 1]:
-    exp(A) = e^-u [1 0; u 1], the stationary covariance is P = [1/2 1/4; 1/4 1/4], and what an interval adds has P - exp(A) P exp(A)^T.
-    """
-    from scipy.signal import lfilter
-
-    u = 1 / time
-    decay, stationary = np.exp(-u), np.array([[0.5, 0.25], [0.25, 0.25]])
-    q = -np.expm1(-2 * u)  # 1 - e^-2u
-    added = stationary * q - (1 - q) * np.array([[0, u / 2], [u / 2, u / 2 + u**2 / 2]])
-    first, noise = _correlated(stationary, draws[0]), _correlated(added, draws[1:].T)
-    slow, _ = lfilter([1.0], [1.0, -decay], noise[0], zi=[decay * first[0]])
-    slow = np.concatenate([first[:1], slow])
-    slower, _ = lfilter([1.0], [1.0, -decay], noise[1] + decay * u * slow[:-1], zi=[decay * first[1]])
-    return np.array([slow, np.concatenate([first[1:], slower])])
-
-
-def _correlated(covariance: np.ndarray, draws: np.ndarray) -> np.ndarray:
-    """Return draws (2, ...) given a covariance (2, 2), by its Cholesky factor; one that is singular to rounding will do."""
+def _factor(covariance: np.ndarray) -> Any:
+    """Return the Cholesky factor DM (2, 2) of a covariance (2, 2); one that is singular to rounding will do."""
     scale = np.sqrt(covariance[0, 0])
     share = covariance[1, 0] / scale
-    own = np.sqrt(max(0.0, covariance[1, 1] - share**2))
-    return np.array([scale * draws[0], share * draws[0] + own * draws[1]])
+    return ca.DM(np.array([[scale, 0.0], [share, np.sqrt(max(0.0, covariance[1, 1] - share**2))]]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,14 +173,31 @@ class Wind:
         down = np.array([0.0, 0.0, 1.0])
         return np.column_stack([along, np.cross(down, along), down])
 
-    def exogenous(self, seed: int, intervals: int, control_rate: float) -> np.ndarray:
-        """Return the velocity of the air (3, intervals) [m/s], world, in each control interval."""
-        wind = np.tile(np.asarray(self.mean)[:, None], intervals)
-        if self.gusts is None:
-            return wind
-        gusts = self.gusts.samples(seed, intervals, control_rate)
-        for axis, velocity in zip(
-            self.axes.T, gusts, strict=True
-        ):  # a matrix product rounds by the length of the flight
-            wind = wind + axis[:, None] * velocity
-        return wind
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters a graph as a constant."""
+        gusts = () if self.gusts is None else (*np.asarray(self.gusts.deviation), *np.asarray(self.gusts.time))
+        return (*np.asarray(self.mean), *gusts)
+
+    @property
+    def size(self) -> int:
+        """Return how many numbers the state of the wind has."""
+        return 0 if self.gusts is None else SIZE
+
+    @property
+    def pairs(self) -> tuple[int, ...]:
+        """Return the pairs of random numbers that a step draws."""
+        return () if self.gusts is None else self.gusts.pairs
+
+    def start(self, seed: int, flights: ArrayLike = 0) -> np.ndarray:
+        """Return the first state (size,), or (size, flights) of flights by their numbers."""
+        return np.empty((0, *np.shape(flights))) if self.gusts is None else self.gusts.start(seed, flights)
+
+    def velocity(self, state: Any) -> Any:
+        """Graph: return the velocity of the air SX (3,) [m/s], world, from the state of the wind."""
+        mean = ca.SX(ca.DM(np.asarray(self.mean)))
+        return mean if self.gusts is None else mean + ca.DM(self.axes) @ self.gusts.velocity(state)
+
+    def advanced(self, state: Any, draws: Draws, control_rate: float) -> Any:
+        """Graph: return the state of the wind a control interval later."""
+        return state if self.gusts is None else self.gusts.advanced(state, draws, control_rate)

@@ -10,7 +10,7 @@ import numpy as np
 from gammastar import checks
 from gammastar.errors import InputError
 from gammastar.flight import SensorNoise
-from gammastar.flight.sensors import density_preserving
+from gammastar.flight.noise import density_preserving
 from gammastar.frames import convert_vector
 from gammastar.mission.complaint import within
 from gammastar.mission.values import Array, Number, Positive, Section, Tables, Vector
