@@ -40,7 +40,7 @@ def run(rejection: Rejection, columns: np.ndarray, fresh: np.ndarray | None = No
     """Return estimates (n, size) and unknowns (n, 3, 4) for vectors (n, 3, 4): v, Omega and the two mean accelerations."""
     step, n = stepping(rejection, interval), len(columns)
     flags = np.ones((n, 2)) if fresh is None else fresh
-    estimate, found = rejection.start(columns[0, :, 0] * 0, columns[0, :, 1] * 0), []
+    estimate, found = rejection.start(ca.DM.zeros(3), ca.DM.zeros(3)), []
     for k in range(n):
         estimate, unknown = (x.full() for x in step(estimate, columns[k], np.zeros(3), flags[k]))
         found.append((estimate.ravel(), unknown))
@@ -188,7 +188,7 @@ def test_axes_of_one_channel_may_have_rates_of_their_own() -> None:
 
 @pytest.mark.parametrize("rejection", REJECTIONS, ids=str)
 def test_every_rejection_has_the_same_methods_and_knows_nothing_at_the_start(rejection: Rejection) -> None:
-    start = rejection.start(np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0]))
+    start = np.array(ca.DM(rejection.start(ca.DM([1.0, 2.0, 3.0]), ca.DM([4.0, 5.0, 6.0])))).ravel()
     assert start.shape == (rejection.size,)
     assert np.all(ca.evalf(columns_of(rejection.unknown(ca.SX(start)))).full() == 0)
     columns = np.column_stack([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], np.zeros(3), np.zeros(3)])
@@ -203,7 +203,7 @@ def driven(action: IntegralAction, disturbance: float, interval: float, steps: i
     A = np.zeros((6, 6))  # e, e', modelled acceleration, its rate; snap and disturbance held
     A[0, 1] = A[1, 2] = A[2, 3] = A[3, 4] = A[1, 5] = 1
     F = scipy.linalg.expm(A * interval)
-    step, memory, x, rows = stepping(action, interval), action.start(np.zeros(3), np.zeros(3)), np.zeros(4), []
+    step, memory, x, rows = stepping(action, interval), action.start(ca.DM.zeros(3), ca.DM.zeros(3)), np.zeros(4), []
     for _ in range(steps):
         memory, unknown = (v.full() for v in step(memory, np.zeros((3, 4)), [x[0], 0, 0], [1, 1]))
         snap = -gains @ x - unknown[0, 2]
@@ -226,7 +226,7 @@ def test_integral_action_takes_the_error_of_a_constant_force_to_zero_at_its_pole
 def test_integral_action_does_not_wind_up() -> None:
     """An error that stays for long leaves the integral at what balances the largest acceleration, in the error's direction."""
     action = IntegralAction(0.4, -2.5, largest=2.0)
-    step, memory = stepping(action, 0.1), action.start(np.zeros(3), np.zeros(3))
+    step, memory = stepping(action, 0.1), action.start(ca.DM.zeros(3), ca.DM.zeros(3))
     for _ in range(100):
         memory, _ = step(memory, np.zeros((3, 4)), [30.0, -40.0, 0.0], [1, 1])
     most = gains_from_poles(action.chain)[2] * 2.0

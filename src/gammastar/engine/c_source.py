@@ -66,7 +66,12 @@ def c_source(tape: Tape, name: str = "step", real: str = "double", lanes: int = 
 
 
 def c_file(
-    tapes: Mapping[str, Tape], real: str = "double", lanes: int = 1, rest: str = "", of_rest: Sequence[str] = ()
+    tapes: Mapping[str, Tape],
+    real: str = "double",
+    lanes: int = 1,
+    rest: str = "",
+    of_rest: Sequence[str] = (),
+    storage: str = "",
 ) -> str:
     """Return a C file of several functions by name, as `c_source` writes one, with what they take before them and a rest behind them.
 
@@ -76,10 +81,11 @@ def c_file(
         lanes: Numbers in a value.
         rest: C that goes with the functions.
         of_rest: Operations that the rest takes, as `real_floor` takes 'floor'.
+        storage: Before each function, such as 'static '.
     """
     if real not in REALS or (real == "float" and lanes > 1) or lanes < 1:
         raise InputError(f"C is written in double, or in float for one lane (got {real}, {lanes} lanes); choose double")
-    body = "".join(_function(tape, name, real, lanes) for name, tape in tapes.items()) + rest
+    body = "".join(storage + _function(tape, name, real, lanes) for name, tape in tapes.items()) + rest
     operations = {each.operation for tape in tapes.values() for each in tape.instructions}
     return _head(operations.union(of_rest), real, lanes, body) + body
 

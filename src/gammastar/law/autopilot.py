@@ -22,6 +22,7 @@ from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
 from gammastar.law.approach import FLOOR_SHARE
 from gammastar.law.belief import Belief
+from gammastar.law.filter import MOTION
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.law import Law
 from gammastar.law.lookahead import ahead
@@ -121,20 +122,25 @@ class Autopilot:
 
     def start(self, state: np.ndarray, parameter: float) -> np.ndarray:
         """Return the first state (size,) of a vehicle whose stacked state (20,), nearest to a parameter of the path, is known."""
-        wrench = np.array([state[18], 0.0, 0.0, 0.0])
-        rejection, estimate = self.belief.start(state)
+        waiting = float(self.guidance.starts_waiting(state, parameter))
+        return np.array(self.started(ca.DM(state[:MOTION]), state[18], state[19], parameter, waiting)).ravel()
+
+    def started(self, motion: Any, thrust: float, thrust_rate: float, parameter: Any, waiting: Any) -> Any:
+        """Graph: return the first state (size,) from the motion (18,), the thrust [N] and its rate [N/s], and where the path begins."""
+        wrench = np.array([thrust, 0.0, 0.0, 0.0])
+        rejection, estimate = self.belief.start(motion, thrust)
         parts = {
-            "parameter": [parameter],
-            "waiting": [float(self.guidance.starts_waiting(state, parameter))],
-            "pace": [1.0],
-            "thrust": self.thrust_states.start(state[18], state[19]),
-            "held": wrench,
-            "actuation": self.actuation.start(state[18]),
-            "history": np.tile(wrench, self.pending + 1),
+            "parameter": parameter,
+            "waiting": waiting,
+            "pace": 1,
+            "thrust": ca.DM(self.thrust_states.start(thrust, thrust_rate)),
+            "held": ca.DM(wrench),
+            "actuation": ca.DM(self.actuation.start(thrust)),
+            "history": ca.DM(np.tile(wrench, self.pending + 1)),
             "rejection": rejection,
             "estimate": estimate,
         }
-        return np.concatenate([np.asarray(parts[name], dtype=float) for name in self.sizes])
+        return ca.vertcat(*(parts[name] for name in self.sizes))
 
     @property
     def thrust_range(self) -> tuple[float, float]:

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine, so3
+from gammastar.law.filter import MOTION
 from gammastar.law.law import Law
 from gammastar.law.lookahead import Lookahead
 from gammastar.law.measurement import Measurement
@@ -27,11 +28,14 @@ class Belief:
         """Return the vehicle as it is believed to move."""
         return Lookahead(self.law.vehicle, self.law.interface)
 
-    def start(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first memories of observer and estimator, an interval before a stacked state (20,)."""
-        rejection, before = self.law.rejection, self._before(state)
-        memory = np.empty(0) if rejection is None else rejection.start(before[3:6], before[15:18])
-        return memory, self._first_estimate(before)
+    def start(self, motion: Any, thrust: float) -> tuple[Any, Any]:
+        """Graph: return the first memories of observer and estimator, an interval before a motion (18,) under a thrust [N]."""
+        rejection, estimator, before = self.law.rejection, self.law.estimator, self._before(motion, thrust)
+        memory = ca.DM(0, 1) if rejection is None else rejection.start(before[3:6], before[15:18])
+        if estimator is None:
+            return memory, ca.DM(0, 1)
+        spread = estimator.start(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3))[MOTION:]
+        return memory, ca.vertcat(before, ca.DM(spread))
 
     def estimated(self, estimate: Any, rejection: Any, told: Measurement, wrench: Any) -> tuple[Measurement, Any]:
         """Graph: return the motion that the law is to believe in, and the next memory of the estimator; as measured without one."""
@@ -65,17 +69,11 @@ class Belief:
         )
         return memory, observer.unknown(memory)
 
-    def _first_estimate(self, state: np.ndarray) -> np.ndarray:
-        """Return the first memory of the estimator; nothing without one."""
-        if self.law.estimator is None:
-            return np.empty(0)
-        return self.law.estimator.start(state[:3], state[3:6], so3.unstack(state[6:15]), state[15:18])
-
-    def _before(self, state: np.ndarray) -> np.ndarray:
-        """Return the motion (18,) an interval before a stacked state (20,), from where the first step leads estimates to it."""
+    def _before(self, motion: Any, thrust: float) -> Any:
+        """Graph: return the motion (18,) an interval before a motion (18,), from where the first step leads estimates to it."""
 
         def build() -> Any:
-            motion, thrust, h = ca.SX.sym("motion", 18), ca.SX.sym("thrust"), self.interval
+            motion, thrust, h = ca.SX.sym("motion", MOTION), ca.SX.sym("thrust"), self.interval
             position, velocity, attitude, rates = ca.vertsplit(motion, [0, 3, 6, 15, 18])
             wrench = ca.vertcat(thrust, 0, 0, 0)
             acceleration, turning = self._meanwhile(velocity, so3.unstack(attitude), rates, wrench)
@@ -85,7 +83,7 @@ class Belief:
             return ca.Function("before", [motion, thrust], [ca.densify(parts)])
 
         key = ("before", self.law.vehicle.signature, self.law.interface, self.interval)
-        return np.asarray(engine.compiled(key, build)(state[:18], state[18]).full()[:, 0])
+        return engine.compiled(key, build)(motion, thrust)
 
     def _meanwhile(self, velocity: Any, attitude: Any, angular_velocity: Any, wrench: Any) -> tuple[Any, Any]:
         """Graph: return what the model did in the mean of the interval that ends with this motion, under a wrench SX (4,).

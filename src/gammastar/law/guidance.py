@@ -106,11 +106,15 @@ class Guidance:
 
     def starts_waiting(self, state: np.ndarray, parameter: float) -> bool:
         """Return whether a flight from a stacked state (20,), nearest at a parameter, starts with a target that waits."""
+        return self.law.approach is not None and bool(self.waits_first(ca.DM(state), ca.DM(self.law.place(parameter))))
+
+    def waits_first(self, state: Any, place: Any) -> Any:
+        """Graph: return whether a flight from a stacked state (20,), nearest at a place, starts with a target that waits."""
         law = self.law
         if law.approach is None:
-            return False
+            return ca.SX(0)
         entry = engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)
-        return float(entry(state, law.place(parameter))) < law.approach.enter
+        return entry(state, place) < law.approach.enter
 
     def _entering(self, state: StateGraph, place: Any) -> tuple[Any, Any]:
         """Graph: return the focal margin that is left when the velocity across the path has died out, and the place's residual."""

@@ -31,8 +31,8 @@ class Rejection(Protocol):
     def size(self) -> int:
         """Return how many numbers it remembers."""
 
-    def start(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
-        """Return the first memory (size,) for a vehicle with this velocity [m/s], world, and these body rates [rad/s]."""
+    def start(self, velocity: Any, angular_velocity: Any) -> Any:
+        """Graph: return the first memory (size,) for a vehicle with this velocity (3,) [m/s], world, and these body rates (3,) [rad/s]."""
 
     def advanced(
         self,
@@ -95,11 +95,11 @@ class Observer:
         """Return how many numbers it remembers."""
         return (FORCE_SIZE if self.force is not None else 0) + (TORQUE_SIZE if self.torque is not None else 0)
 
-    def start(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
-        """Return the memory (size,) that knows the motion and no unknown yet."""
-        force = [*velocity, *np.zeros(12)] if self.force is not None else []
-        torque = [*angular_velocity, *np.zeros(6)] if self.torque is not None else []
-        return np.array([*force, *torque], dtype=float)
+    def start(self, velocity: Any, angular_velocity: Any) -> Any:
+        """Graph: return the memory (size,) that knows the motion and no unknown yet."""
+        force = [velocity, ca.DM.zeros(FORCE_SIZE - 3)] if self.force is not None else []
+        torque = [angular_velocity, ca.DM.zeros(TORQUE_SIZE - 3)] if self.torque is not None else []
+        return ca.vertcat(*force, *torque)
 
     def advanced(
         self,
@@ -212,9 +212,9 @@ class IntegralAction:
         """Return how many numbers it remembers."""
         return 3
 
-    def start(self, velocity: np.ndarray, angular_velocity: np.ndarray) -> np.ndarray:
-        """Return an empty integral (3,)."""
-        return np.zeros(3)
+    def start(self, velocity: Any, angular_velocity: Any) -> Any:
+        """Graph: return an empty integral (3,)."""
+        return ca.DM.zeros(3)
 
     def advanced(
         self,
