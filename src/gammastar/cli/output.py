@@ -124,6 +124,21 @@ def no_certificate(reason: str, as_json: bool) -> None:
         text(f"not flyable: {reason}")
 
 
+def export(facts: Mapping[str, Any], folder: Path, as_json: bool) -> None:
+    """Print what an export is and where it is."""
+    if as_json:
+        json_object({**facts, "folder": str(folder), "files": [str(folder / file) for file in facts["files"]]})
+        return
+    lines = [
+        str(facts["mission"]),
+        "",
+        f"{facts['target']}, {facts['real']}: {facts['operations']} operations every {facts['interval_s']:g} s ({facts['rate_Hz']:g} Hz), "
+        f"state {facts['state_bytes']} bytes, tables {facts['table_bytes']} bytes",
+        f"wrote {folder}: {', '.join(facts['files'])}",
+    ]
+    text("\n".join(lines))
+
+
 def missions(titles: Mapping[str, str], as_json: bool) -> None:
     """Print names and titles of missions."""
     if as_json:

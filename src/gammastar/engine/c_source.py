@@ -18,6 +18,7 @@ from gammastar.errors import InputError
 
 INDENT = "    "
 REALS = ("double", "float")
+SMALLEST_FLOAT, LARGEST_FLOAT = 1.1754944e-38, 3.4028234e38  # normal ones
 
 # How a value is written, of operands as numbers (x, y) or as truths (s, t).
 OPERATORS = {
@@ -211,6 +212,8 @@ class _Writer:
         """Return a constant that reads back as the same number."""
         if math.isnan(value):
             return "NAN"
+        if self.suffix and value and math.isfinite(value):  # a guard against zero stays one
+            value = math.copysign(min(max(abs(value), SMALLEST_FLOAT), LARGEST_FLOAT), value)
         text = "INFINITY" if math.isinf(value) else re.sub(r"e([+-])0", r"e\1", repr(abs(value))) + self.suffix
         return f"({'-'}{text})" if math.copysign(1.0, value) < 0 else text
 

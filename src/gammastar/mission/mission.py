@@ -8,16 +8,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.flight import FlightRecord, Replacement, SensorNoise, Sensors, Wind, fly
-from gammastar.flight.conditions import Conditions
+from gammastar.flight.autopiloted import AutopilotLoop
+from gammastar.flight.conditions import AUTOPILOT_RATE, Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
 from gammastar.flight.timing import interval_of, timing
 from gammastar.law import AnyReference, Approach, Heading, Law, Profile, design
+from gammastar.law.autopilot import Autopilot
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
 from gammastar.mission.references import FeasibleSection
@@ -136,6 +139,29 @@ class Mission:
             progress=progress,
             **self._conditions,
         )
+
+    def autopilot(self) -> tuple[Autopilot, np.ndarray, float]:
+        """Return what runs on the vehicle's computer, the stacked start (20,) in `ned`, and the path parameter nearest to it.
+
+        A law that acts continuously in this mission is one that acts at 500 Hz.
+
+        Raises:
+            MissionError: The mission replaces its path on the way.
+        """
+        if self._replacements:
+            raise MissionError(
+                f"an autopilot must have one path (got {len(self._replacements)} more in [[replacements]]); "
+                "leave them out, and make a mission of each",
+                "replacements",
+            )
+        start, parameter = self._law.start_vector(self._start)
+        conditions = Conditions(noise=self._noise, **self._conditions)
+        yaw = self._yaw if self._heading is None else self._heading
+        loop, _, _ = prepared(self._law, self._start, self._reference, yaw, conditions)
+        if isinstance(loop, AutopilotLoop):
+            return loop.autopilot, start, parameter
+        interval = 1 / AUTOPILOT_RATE if loop.feedback == "continuous" else loop.interval
+        return Autopilot(loop.guidance, interval, loop.feedback != "start"), start, parameter
 
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""

@@ -1,0 +1,101 @@
+/* @title@
+ *
+ * Written by gammastar @version@ from the graph that it flies itself.  Export the mission again instead of changing this file.
+ *
+ * A function here takes arrays x0, x1, ... and gives arrays y0, y1, ...; each line makes one value of earlier ones.
+ *
+ *   usable    measurement -> 1 or 0
+ *   nearer    measurement, parameter, data of the path -> parameter a Newton step nearer to the vehicle
+ *   start     measurement, parameter, data of the path -> memory
+ *   interval  memory, measurement, time, data of the reference, data of the path -> memory, command, @told@
+ */
+#include "@NAME@.h"
+
+#include <float.h>
+#include <string.h>
+@include_tables@
+@functions@
+#define MEASURED 22
+#define TOLD @told_size@
+#define LARGEST @largest@
+
+/* Whether all numbers are finite. */
+static int all_finite(const real *numbers, uint32_t count) {
+    for (uint32_t k = 0; k < count; k++)
+        if (!(numbers[k] >= -LARGEST && numbers[k] <= LARGEST)) return 0;
+    return 1;
+}
+
+/* The measurement as one array; what a channel has measured is told by sevenths. */
+static void gather(const @NAME@_measurement *from, real *measured) {
+    for (uint32_t k = 0; k < 3; k++) {
+        measured[k] = from->position[k];
+        measured[3 + k] = from->velocity[k];
+        measured[15 + k] = from->angular_velocity[k];
+    }
+    for (uint32_t k = 0; k < 9; k++) measured[6 + k] = from->attitude[k];
+    for (uint32_t k = 0; k < 4; k++) measured[18 + k] = (real)(from->fresh[k] & 7u) / (real)7;
+}
+@lookups@
+@start_parameter@
+static void hold(@NAME@_state *state, uint32_t flag, @NAME@_output *output) {
+    const uint32_t kept = state->is_started ? @GUARD@_WAITING | @GUARD@_CONSTRAINED : 0u;
+    *output = state->last;
+    output->flags = (output->flags & kept) | flag | (state->is_started ? 0u : @GUARD@_NOT_STARTED);
+    if (state->is_started && state->interval < UINT32_MAX) state->interval++;
+}
+
+static int is_usable(const real *measured) {
+    real found;
+    usable(measured, &found);
+    return found > 0;
+}
+
+static void begin(@NAME@_state *state, const real *measured) {
+@declare_path_data@
+    const real parameter = start_parameter(measured);
+@path_data_at_parameter@
+    start(measured, &parameter, @path_data@, state->memory);
+    state->is_started = all_finite(state->memory, @GUARD@_MEMORY) ? 1u : 0u;
+}
+
+void @NAME@_start(@NAME@_state *state, const @NAME@_measurement *measurement) {
+    real measured[MEASURED];
+    memset(state, 0, sizeof *state);
+    gather(measurement, measured);
+    if (is_usable(measured)) begin(state, measured);
+}
+
+void @NAME@_step(@NAME@_state *state, const @NAME@_measurement *measurement, @NAME@_output *output) {
+    real measured[MEASURED], next[@GUARD@_MEMORY], command[@GUARD@_COMMANDS], told[TOLD], time;
+@declare_data@
+    gather(measurement, measured);
+    if (!is_usable(measured)) {
+        hold(state, @GUARD@_MEASUREMENT_REFUSED, output);
+        return;
+    }
+    if (!state->is_started) begin(state, measured);
+@data@
+    interval(state->memory, measured, &time, @reference_data@, @path_data@, next, command, told);
+    if (!state->is_started || !all_finite(next, @GUARD@_MEMORY) || !all_finite(command, @GUARD@_COMMANDS) || !all_finite(told, TOLD)) {
+        hold(state, @GUARD@_RESULT_REFUSED, output);
+        return;
+    }
+    for (uint32_t k = 0; k < @GUARD@_COMMANDS; k++) output->command[k] = command[k];
+    for (uint32_t k = 0; k < 4; k++) output->input[k] = told[k];
+    for (uint32_t k = 0; k < 3; k++) {
+        output->acceleration[k] = told[7 + k];
+        output->jerk[k] = told[10 + k];
+        output->snap[k] = told[13 + k];
+        output->angular_acceleration[k] = told[16 + k];
+        output->position[k] = told[19 + k];
+    }
+    output->parameter = told[22];
+    output->flags = (told[4] > 0 ? @GUARD@_WAITING : 0u) | (told[5] > 0 ? @GUARD@_CONSTRAINED : 0u);
+    output->given_up = (uint32_t)told[6];
+    output->laps = state->laps;
+    state->last = *output;
+@wrap@
+    for (uint32_t k = 0; k < @GUARD@_MEMORY; k++) state->memory[k] = next[k];
+    if (state->interval < UINT32_MAX) state->interval++;
+}

@@ -1,0 +1,95 @@
+"""The folder of an export: written whole or not at all, in place of nothing or of an earlier export."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gammastar.errors import InputError
+from gammastar.export.program import Program
+from gammastar.export.sizes import state_bytes, table_bytes
+
+FACTS = "export.json"  # by which a folder is known as an export
+BUILT = (".o", ".a", ".elf", ".map")  # what a build leaves in it
+SELFTEST = "selftest"
+
+
+def facts_of(program: Program, target: str, files: Mapping[str, str]) -> dict[str, Any]:
+    """Return what a program that reads about an export wants to know, with units in the keys."""
+    pilot = program.autopilot
+    return {
+        "mission": program.title,
+        "name": program.name,
+        "target": target,
+        "real": program.real,
+        "frame": program.frame,
+        "interval_s": pilot.interval,
+        "rate_Hz": 1 / pilot.interval,
+        "operations": program.operations,
+        "state_bytes": state_bytes(program),
+        "table_bytes": table_bytes(program),
+        "command": program.command_names,
+        "files": sorted([*files, FACTS]),
+        "version": program.version,
+    }
+
+
+def chosen_folder(out: str) -> Path:
+    """Return the folder that a user names, or raise `InputError` now if an export cannot be written there.
+
+    It may be new, empty, or hold an earlier export and what was built of it.
+    """
+    if not out:
+        raise InputError('out must be a folder (got ""); name one, such as out/autopilot')
+    folder = Path(out)
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists() or place.is_symlink())
+    if not there.is_dir():
+        raise InputError(f"out must be a folder (got {folder}, and {there} is a file); choose another name")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"out must be a folder that can be written (got {folder}, in {there}); choose another place")
+    if there == folder:
+        known = _earlier(folder)
+        for place in sorted(folder.iterdir()):
+            if place.name not in known and (place.suffix not in BUILT or not known):
+                raise InputError(
+                    f"out must be new, empty, or an earlier export (got {folder}, which holds {place.name}); choose another folder"
+                )
+    return folder
+
+
+def write(folder: Path, files: Mapping[str, str], facts: Mapping[str, Any]) -> None:
+    """Write the files of an export and what is known about it; an earlier export in the folder goes.
+
+    Raises:
+        OSError: The folder cannot be written.
+    """
+    above = folder.absolute().parent
+    above.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".gammastar-", dir=above) as workbench:
+        made, before = Path(workbench, "made"), Path(workbench, "before")
+        made.mkdir()
+        for name, text in {**files, FACTS: json.dumps(facts, indent=2) + "\n"}.items():
+            (made / name).write_text(text, encoding="utf-8", newline="\n")
+        if folder.exists():
+            os.replace(folder, before)
+        try:
+            os.replace(made, folder)
+        except BaseException:
+            if before.exists():
+                os.replace(before, folder)
+            raise
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def _earlier(folder: Path) -> set[str]:
+    """Return the names of the files of an earlier export; none where the folder holds none."""
+    try:
+        facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+        return {SELFTEST, *map(str, facts["files"])} if facts["target"] and facts["operations"] else set()
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
