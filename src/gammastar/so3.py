@@ -17,7 +17,10 @@ from numpy.typing import ArrayLike
 from gammastar.checks import number
 from gammastar.errors import RotationError, ShapeError
 
-SMALL_ANGLE = 1e-2  # [rad] below it the exponential uses its series; the first neglected term is 1e-2**10 / 11! < 1e-27
+SMALL_ANGLE = 0.1  # [rad] below it the exponential uses its series; the first neglected term is 0.1**10 / 11! < 3e-18
+SMALL_TURN = (
+    1e-4  # [rad] below it the logarithm uses its series; the first neglected term is of the order of its fourth power
+)
 PROJECTION_LIMIT = 1e-2  # Frobenius distance beyond which a matrix is a mistake, not a rotation given to few digits
 
 
@@ -128,7 +131,7 @@ def _log(attitude: Any) -> Any:
     square = ca.dot(skew, skew)
     sine = ca.sqrt(ca.if_else(square > 0, square, 1)) * (square > 0)  # smooth where it is used
     angle = ca.atan2(sine, cosine)
-    is_small, is_wide = ca.logic_and(angle < SMALL_ANGLE**2, cosine > 0), cosine <= 0
+    is_small, is_wide = ca.logic_and(angle < SMALL_TURN, cosine > 0), cosine <= 0
     scale = ca.if_else(is_small, 1 + square / 6, angle / ca.if_else(sine > 0, sine, 1))
     outer = (attitude + attitude.T) / 2 - cosine * type(attitude).eye(3)  # (1 - cos a) times axis axis^T
     first, second, third = (outer[k, k] for k in range(3))

@@ -77,9 +77,12 @@ class Series:
 
     def _convolved(self, other: Series, multiply: Callable[[Any, Any], Any]) -> Series:
         a, b = self.coefficients, other.coefficients
-        return Series(
-            tuple(_total([multiply(a[i], b[k - i]) for i in range(k + 1)]) for k in range(min(len(a), len(b))))
-        )
+        orders = range(min(len(a), len(b)))
+        if self is other:  # every product of two different coefficients comes twice
+            pairs = [[2 * multiply(a[i], a[k - i]) for i in range((k + 1) // 2)] for k in orders]
+            squares = [[multiply(a[k // 2], a[k // 2])] * (k % 2 == 0) for k in orders]
+            return Series(tuple(_total([*pairs[k], *squares[k]]) for k in orders))
+        return Series(tuple(_total([multiply(a[i], b[k - i]) for i in range(k + 1)]) for k in orders))
 
     def square(self) -> Series:
         """Return the series of x^2."""

@@ -36,7 +36,8 @@ def random_values(draw: np.random.Generator, given: Any) -> list[Any]:
             case 6:
                 values.append(ca.if_else(c, a + b, 0))
             case _:
-                values.append((a * b + c, ca.fmax(a, b) - c, a / (1 + b * b))[draw.integers(3)])
+                least = ca.fmin(ca.fmax(a, 0.1), b)  # never NaN
+                values.append((a * b + c, ca.fmax(a, b) - c, least, a / (1 + b * b))[draw.integers(4)])
     return [*values[-3:], *(1 * truth for truth in truths[-2:])]
 
 

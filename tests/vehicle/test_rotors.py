@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 from gammastar.errors import GammastarError, InputError, ShapeError
 from gammastar.vehicle import Rotors
-from gammastar.vehicle.wrenches import normals, normals_across
+from gammastar.vehicle.wrenches import normals, slabs_across
 from strategies import directions, numbers
 
 QUAD = Rotors.ring(4, 0.17, 5.57e-6, 1.36e-7, 1500, first_angle=45, lag=(0.02, 0.05))
@@ -164,7 +164,7 @@ def test_normals_across_a_direction_are_normal_to_it(name: str, way: np.ndarray,
     columns = ALL[name].mixer
     direction = np.append(way, last)
     for given_up in ((), (np.eye(4)[3],), (np.eye(4)[3], np.eye(4)[0])):
-        found = ca.DM(normals_across(ca.SX(direction), columns, given_up)).full()
+        found = ca.DM(slabs_across(ca.SX(direction), columns, ca.SX.ones(columns.shape[1]), given_up)[0]).full()
         assert np.abs(found @ direction).max() < 1e-14
         assert all(np.abs(found @ axis).max() < 1e-14 for axis in given_up)
 

@@ -35,6 +35,8 @@ COMPARISONS = {"lt": "{x} < {y}", "le": "{x} <= {y}", "eq": "{x} == {y}", "ne": 
 PATTERNS = OPERATORS | COMPARISONS
 CONNECTIVES = {"not": "negated({s})", "and": "both({s}, {t})", "or": "either({s}, {t})"}
 TRUTHS = {*COMPARISONS, *CONNECTIVES}
+ONE_COMPARISON = {"fmin": "lesser", "fmax": "greater"}  # what writes them where one operand is never NaN
+KEEPING = ("neg", "fabs", "sq", "twice", "sign", "floor", "ceil", "if_else_zero")  # never NaN of what never is
 OWN = ("if_else_zero", "fmin", "fmax", "sign")  # written by us for one lane too
 IN_LANES = (
     *(*OWN, "fabs", "copysign", "sqrt", "floor", "ceil"),
@@ -147,6 +149,21 @@ def _is_inverted(divisor: float) -> bool:
     return 1e-290 < abs(divisor) < 1e290 and abs(math.frexp(divisor)[0]) != 0.5
 
 
+def _never_nan(tape: Tape) -> set[int]:
+    """Return values that are not NaN whatever the arguments are."""
+    found = set[int]()
+    for k, (name, inputs, constant) in enumerate(tape.instructions):
+        if name == CONSTANT:
+            known = not math.isnan(constant)
+        elif name in ONE_COMPARISON:
+            known = not found.isdisjoint(inputs)
+        else:
+            known = name in TRUTHS or (name in KEEPING and inputs[-1] in found)
+        if known:
+            found.add(k)
+    return found
+
+
 class _Writer:
     """Writes the values of one tape as C expressions."""
 
@@ -154,6 +171,7 @@ class _Writer:
         self.instructions, self.suffix, self.choices = tape.instructions, "f" if real == "float" else "", choices
         uses = collections.Counter(each.inputs[1] for each in tape.instructions if each.operation == "div")
         several = {value for value, count in uses.items() if count > 1 and value not in tape.constants}
+        self.numbers = _never_nan(tape) if lanes == 1 else set[int]()
         self.divisors = several | {v for v in uses if _is_inverted(tape.constants.get(v, 0.0))} if lanes > 1 else set()
 
     def line(self, value: int) -> str:
@@ -255,4 +273,7 @@ class _Writer:
             return pattern.format(**dict(zip("xy", texts, strict=False)), one=self.literal(1.0))
         if name == "if_else_zero":
             return f"real_if_else_zero({self.truth(inputs[0])}, {self.number(inputs[1])})"
+        if name in ONE_COMPARISON and (known := self.numbers.intersection(inputs)):
+            other, number = sorted(inputs, key=lambda each: each in known)
+            return f"{ONE_COMPARISON[name]}({self.number(other)}, {self.number(number)})"
         return f"real_{name}({', '.join(self.number(each) for each in inputs)})"

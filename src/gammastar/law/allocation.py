@@ -16,12 +16,11 @@ import casadi as ca
 import numpy as np
 
 from gammastar.vehicle import Rotors
-from gammastar.vehicle.wrenches import UNBOUNDED, clipped, interval, normals, normals_across, radius
+from gammastar.vehicle.wrenches import UNBOUNDED, clipped, interval, normals, radius, slabs_across, without_dust
 
 NEGLIGIBLE = 1e-6  # share of what the rotors can give and are asked for, below which nothing counts as given up
 FREE = (-1e9, 1e9)  # stands for no bound of `along`
-TINY = 1e-300
-THRUST, YAW = np.eye(4)[0], np.eye(4)[3]
+TINY = 1e-30
 
 
 class Extra(NamedTuple):
@@ -68,26 +67,27 @@ def allocate(
         extras: Wishes for `along` that count after the rotors' limits; the first counts most.
         within: SX, least and most tangential input that may be used at all; beyond them the next less important thing is given up.
     """
-    columns = rotors.mixer / rotors.units[:, None]
+    own = _independent(rotors.mixer)
+    basis = np.linalg.inv(rotors.mixer[:, own])
+    columns, (lifting, _, _, yawing) = without_dust(basis @ rotors.mixer), (basis / np.linalg.norm(basis, axis=0)).T
     middle, half = (highest + lowest) / 2, ca.fmax(highest - lowest, 0) / 2
-    wanted, slope = base / ca.DM(rotors.units), direction / ca.DM(rotors.units)
-    tilt = ca.vertcat(0, wanted[1:3], 0)
-    rest = wanted - tilt - ca.mtimes(ca.DM(columns), middle)
+    tilt, slope = ca.mtimes(ca.DM(basis[:, 1:3]), base[1:3]), ca.mtimes(ca.DM(basis), direction)
+    rest = ca.mtimes(ca.DM(basis[:, [0, 3]]), base[[0, 3]]) - ca.mtimes(ca.DM(columns), middle)
     usual, freedom = (within[1] + within[0]) / 2, (within[1] - within[0]) / 2
     way = slope / ca.fmax(ca.norm_2(slope), TINY)
 
     def cut(value: Any, offset: Any, change: Any, given_up: tuple[np.ndarray, ...] = ()) -> Any:
         """Graph: return a value cut to where the rotors can give offset + change value, but for what is given up and some `along`."""
-        slabs = ca.vertcat(normals(columns, given_up), normals_across(way, columns, given_up))
-        widths = radius(slabs, ca.horzcat(columns, slope), ca.vertcat(half, freedom))
-        return clipped(value, interval(slabs, widths, offset + slope * usual, change))
+        here, fixed = offset + slope * usual, ca.DM(normals(columns, given_up))
+        widths = radius(fixed, ca.DM(columns), half) + ca.fabs(ca.mtimes(fixed, slope)) * freedom
+        first = interval(fixed, widths, here, change)
+        second = interval(*slabs_across(way, columns, half, given_up), here, change)
+        return clipped(value, (ca.fmax(first[0], second[0]), ca.fmin(first[1], second[1])))
 
-    scale = clipped(cut(1, rest, tilt, (THRUST, YAW)), (0, 1))
+    scale = clipped(cut(1, rest, tilt, (lifting, yawing)), (0, 1))
     rest = rest + scale * tilt
-    lift = cut(0, rest, ca.DM(THRUST), (YAW,))
-    rest = rest + lift * ca.DM(THRUST)
-    turn = cut(0, rest, ca.DM(YAW))
-    rest = rest + turn * ca.DM(YAW)
+    rest = rest + cut(0, rest, ca.DM(lifting), (yawing,)) * ca.DM(lifting)
+    rest = rest + cut(0, rest, ca.DM(yawing)) * ca.DM(yawing)
     goal = along
     for extra in reversed(extras):
         goal = clipped(goal, _range(extra))
@@ -95,13 +95,23 @@ def allocate(
     possible = interval(slabs, radius(slabs, ca.DM(columns), half), rest, slope)
     left = clipped(clipped(goal, possible), within)
 
-    shares = _shares(columns, half, middle, rest + slope * left)
+    shares = _shares(columns, own, half, middle, rest + slope * left)
     thrusts = ca.fmin(ca.fmax(middle + shares, lowest), highest)
-    wrench, asked = rotors.wrench(thrusts), wanted + slope * left
-    size = ca.mtimes(ca.DM(np.abs(columns)), half) + ca.fabs(wanted) + ca.fabs(slope * left)
-    missed = ca.fabs(wrench / ca.DM(rotors.units) - asked) > NEGLIGIBLE * size
+    wrench, asked = rotors.wrench(thrusts), base + direction * left
+    size = ca.mtimes(ca.DM(np.abs(rotors.mixer)), half) + ca.fabs(base) + ca.fabs(direction * left)
+    missed = ca.fabs(wrench - asked) > NEGLIGIBLE * size
     given_up = ca.fmax(ca.fmax(left != along, 2 * missed[3]), ca.fmax(3 * missed[0], 4 * ca.fmax(missed[1], missed[2])))
     return Allocation(thrusts, wrench, left, given_up)
+
+
+def _independent(mixer: np.ndarray) -> list[int]:
+    """Return the four rotors whose thrusts are the coordinates of wrenches here: those that are farthest from being dependent.
+
+    In these coordinates most normals have one or two entries that are not zero.
+    """
+    scaled = mixer / np.linalg.norm(mixer, axis=1, keepdims=True)
+    quadruples = itertools.combinations(range(mixer.shape[1]), 4)
+    return list(max(quadruples, key=lambda chosen: abs(np.linalg.det(scaled[:, list(chosen)]))))
 
 
 def _range(extra: Extra) -> tuple[Any, Any]:
@@ -112,22 +122,19 @@ def _range(extra: Extra) -> tuple[Any, Any]:
     return ca.fmin(*ends) - unbounded, ca.fmax(*ends) + unbounded
 
 
-def _shares(columns: np.ndarray, half: Any, middle: Any, wrench: Any) -> Any:
-    """Graph: return thrusts SX (n,) from the middle of the ranges, within them, for a scaled wrench that the rotors can give.
+def _shares(columns: np.ndarray, own: list[int], half: Any, middle: Any, wrench: Any) -> Any:
+    """Graph: return thrusts SX (n,) from the middle of the ranges, within them, for a wrench, in thrusts of four, that the rotors can give.
 
     Four rotors have one solution.  Of more, the one of least norm where it is within the limits; otherwise one rotor after another takes
     its share of that, cut to what leaves the others able to give the rest.
     """
     count = columns.shape[1]
-    solved = max(
-        itertools.combinations(range(count), 4), key=lambda chosen: abs(np.linalg.det(columns[:, list(chosen)]))
-    )
     least_norm = np.linalg.pinv(columns)
     away = np.eye(count) - least_norm @ columns
     preferred = ca.mtimes(ca.DM(least_norm), wrench) - ca.mtimes(ca.DM(away), middle)
     shares: dict[int, Any] = {}
     others = list(range(count))
-    for rotor in sorted(set(others) - set(solved)):
+    for rotor in sorted(set(others) - set(own)):
         others.remove(rotor)
         column = ca.DM(columns[:, rotor])
         slabs = ca.DM(normals(columns[:, others]))
@@ -135,6 +142,5 @@ def _shares(columns: np.ndarray, half: Any, middle: Any, wrench: Any) -> Any:
         ends = interval(slabs, widths, wrench, -column)
         shares[rotor] = clipped(clipped(preferred[rotor], (-half[rotor], half[rotor])), ends)
         wrench = wrench - column * shares[rotor]
-    rest = ca.mtimes(ca.DM(np.linalg.inv(columns[:, others])), wrench)
-    shares.update({rotor: rest[k] for k, rotor in enumerate(others)})
+    shares.update({rotor: wrench[k] for k, rotor in enumerate(own)})
     return ca.vertcat(*(shares[rotor] for rotor in range(count)))

@@ -165,7 +165,8 @@ class Autopilot:
             now["rejection"], told, measured, history[0], ca.vertcat(place, around.path)
         )
         seen, later = self._predicted(now, told, history, unknown)
-        tracked = ca.if_else(now["waiting"], place, path.track(seen.position, ca.vertcat(place, around.path)))
+        following = path.track(seen.position, ca.vertcat(now["parameter"], around.path))
+        tracked = ca.if_else(now["waiting"], now["parameter"], following)
         parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
         at = (seen, parameter, waiting, time + self.horizon, around, later, now["pace"])
         if self.law.interface == "rates":

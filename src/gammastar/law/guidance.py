@@ -96,13 +96,13 @@ class Guidance:
         if law.approach is None:
             return parameter, ca.SX(0)
         assert isinstance(law.path, ParametricPath)
-        margin, _, _ = law.path.nearness(state.position, state.velocity, ca.vertcat(parameter, data))
         candidate = law.path.track(state.position, ca.vertcat(parameter, data), CAPTURE_STEPS)
         entering, residual = self._entering(state, ca.vertcat(candidate, data))
         captured = ca.logic_and(entering > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
         captured = ca.logic_and(captured, law.path.holds(candidate, data))
-        still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
-        return ca.if_else(ca.logic_and(waiting, captured), candidate, parameter), still
+        parameter = ca.if_else(waiting, ca.if_else(captured, candidate, parameter), parameter)
+        margin, _, _ = law.path.nearness(state.position, state.velocity, ca.vertcat(parameter, data))
+        return parameter, ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
 
     def starts_waiting(self, state: np.ndarray, parameter: float) -> bool:
         """Return whether a flight from a stacked state (20,), nearest at a parameter, starts with a target that waits."""

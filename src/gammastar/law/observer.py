@@ -138,7 +138,8 @@ def observer_gains(count: int, bandwidth: Any, age: Any) -> list[Any]:
     one before.  For equal poles these are the fading-memory polynomial filters (Morrison, Introduction to Sequential Smoothing and
     Prediction, 1969, chapter 13).
     """
-    p, q = ca.exp(-bandwidth * age), -ca.expm1(-bandwidth * age)
+    q = -ca.expm1(-bandwidth * age)
+    p = 1 - q
     if count == 2:
         return [q * (1 + p), q**2 / age]
     return [
@@ -159,7 +160,9 @@ def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: float, interva
     predicted = [_taylor(chain[:, k:], interval) for k in range(count)]
     predicted[0] += rate * interval
     innovation = new * (measured - predicted[0])
-    gains = observer_gains(count, bandwidth, age)
+    at_once = [float(gain) for gain in observer_gains(count, bandwidth, ca.DM(interval))]
+    later = observer_gains(count, bandwidth, age)
+    gains = [ca.if_else(age == interval, one, other) for one, other in zip(at_once, later, strict=True)]
     corrected = [value + gain * innovation for value, gain in zip(predicted, gains, strict=True)]
     return ca.vertcat(*corrected, (1 - new) * age)
 

@@ -79,9 +79,10 @@ def position_from_outputs(jet: Jet, transverse: Any, tangential: Any) -> Series:
 def along(jet: Jet, step: Series) -> Series:
     """Graph: return the series of sigma(lambda + step(t)) from the jet of sigma at lambda; step starts at zero."""
     coefficients = [jet[0], *(ca.SX(*jet[0].shape) for _ in range(step.order))]
-    power = Series.constant(1.0, step.order)
-    for k in range(1, step.order + 1):
-        power = power * step
+    powers = [step]
+    for _ in range(step.order - 1):
+        powers.append(powers[-1] * step)
+    for k, power in reversed(list(enumerate(powers, start=1))):  # the newest coefficient of the step enters last
         for i in range(k, step.order + 1):  # the first k coefficients of step^k are zero
             coefficients[i] = coefficients[i] + jet[k] / math.factorial(k) * power.coefficients[i]
     return Series(tuple(coefficients))

@@ -31,7 +31,7 @@ from gammastar.path.regularity import check_regular
 from gammastar.path.spline import Spline
 
 POWERS = 8  # coefficients of a polynomial of degree seven
-ENDLESS = 1e300
+ENDLESS = 1e30
 OUTSIDE = (
     0.02  # of a segment, by which its polynomial is still the path: neighbours differ by the seventh power of that
 )
@@ -77,14 +77,14 @@ class WaypointPath(ParametricPath):
     def jet(self, place: Any, order: int = JET_ORDER) -> Jet:
         """Graph: return (sigma, ..., sigma^(order)) at a place: parameter, begin of the segment, coefficients."""
         step, rows = place[0] - place[1], ca.reshape(place[2 : 2 + 3 * POWERS], POWERS, 3).T
-        return tuple(_horner(rows, step, k) for k in range(order + 1))
+        return tuple(_derivatives([rows[:, i] for i in range(POWERS)], step, order))
 
     def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
         """Return (n, order + 1, 3): point and derivatives with respect to the parameter, at parameters (n,)."""
         wanted = np.atleast_1d(np.asarray(parameters, dtype=float))
         segment, begin = self._segments(wanted)
         rows, step = self._table.coefficients[segment], (wanted - begin)[:, None]
-        return np.stack([_horner(np.moveaxis(rows, -1, 0), step, k) for k in range(order + 1)], axis=1)
+        return np.stack(_derivatives(list(np.moveaxis(rows, -1, 0)), step, order), axis=1)
 
     def holds(self, parameter: Any, data: Any) -> Any:
         """Graph: return whether a parameter lies in the segment whose data these are, or so little outside that it does not matter."""
@@ -138,10 +138,14 @@ def waypoints(
     return WaypointPath(spline, name)
 
 
-def _horner(rows: Any, step: Any, derivative: int) -> Any:
-    """Return the derivative of sum_i rows_i step^i, on SX columns or on arrays (8, n, 3) alike."""
-    entry = (lambda i: rows[:, i]) if not isinstance(rows, np.ndarray) else (lambda i: rows[i])
-    value = 0 * entry(0)
-    for i in reversed(range(derivative, POWERS)):
-        value = value * step + math.perm(i, derivative) * entry(i)
-    return value
+def _derivatives(coefficients: list[Any], step: Any, order: int) -> list[Any]:
+    """Return sum_i c_i step^i and its derivatives up to an order, on SX columns or on arrays (n, 3) alike.
+
+    The polynomial is moved to the step by repeated synthetic division, Horner's scheme: of its new coefficients the k-th is the k-th
+    derivative over k!.
+    """
+    moved = list(coefficients)
+    for k in range(order + 1):
+        for i in reversed(range(k, len(moved) - 1)):
+            moved[i] = moved[i] + step * moved[i + 1]
+    return [math.factorial(k) * moved[k] for k in range(order + 1)]

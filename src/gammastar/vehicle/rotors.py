@@ -194,7 +194,7 @@ class Rotors:
         Exact for w' = (command - w) / lag: the difference keeps its sign, and with it the time constant, up or down.
         """
         up, down = (np.exp(-interval / lag) if lag > 0 else 0.0 for lag in self._lags)
-        return commands + (speeds - commands) * ca.if_else(commands > speeds, up, down)
+        return commands + (speeds - commands) * _by_way(commands > speeds, up, down)
 
     def mean_thrusts(self, speeds: Any, commands: Any, interval: float) -> Any:
         """Graph: return the thrusts SX (n,) [N] in the mean over an interval [s] of held commands, from speeds at its start.
@@ -203,7 +203,7 @@ class Rotors:
         """
         (once_up, twice_up), (once_down, twice_down) = (_mean_decays(lag, interval) for lag in self._lags)
         rising, difference = commands > speeds, speeds - commands
-        once, twice = ca.if_else(rising, once_up, once_down), ca.if_else(rising, twice_up, twice_down)
+        once, twice = _by_way(rising, once_up, once_down), _by_way(rising, twice_up, twice_down)
         square = commands**2 + 2 * commands * difference * once + difference**2 * twice
         return ca.DM(np.asarray(self.thrust_coefficient)) * square
 
@@ -213,7 +213,7 @@ class Rotors:
         The inverse of `advanced`, cut to the limits.
         """
         up, down = (-np.expm1(-interval / lag) if lag > 0 else 1.0 for lag in self._lags)
-        ahead = speeds + (wanted - speeds) / ca.if_else(wanted > speeds, up, down)
+        ahead = speeds + (wanted - speeds) / _by_way(wanted > speeds, up, down)
         return ca.fmin(ca.fmax(ahead, self.slowest), self.fastest)
 
     def reachable(self, speeds: Any, interval: float, share: float = 1.0) -> tuple[Any, Any]:
@@ -255,6 +255,11 @@ def _require_few(count: int) -> None:
         raise InputError(
             f"there must be at most {MOST} rotors (got {count:g}); let one stand for several that are close together"
         )
+
+
+def _by_way(rising: Any, up: float, down: float) -> Any:
+    """Graph: return the number of rotors that speed up or of those that slow down; no choice where they are the same."""
+    return up if up == down else ca.if_else(rising, up, down)
 
 
 def _mean_decays(lag: float, interval: float) -> tuple[float, float]:

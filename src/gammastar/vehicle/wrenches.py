@@ -9,6 +9,7 @@ the normals are those to that direction and one column fewer.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from typing import Any
@@ -17,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 SMALL = 1e-8  # sine of an angle below which directions count as parallel: the root of the rounding error
+DIGITS = 14  # after the point, of numbers near one
 UNBOUNDED = 1e30  # end of an interval that has none
 
 
@@ -32,48 +34,74 @@ def normals(columns: np.ndarray, given_up: Sequence[np.ndarray] = ()) -> np.ndar
     found = found[lengths > SMALL] / lengths[lengths > SMALL, None]
     leading = found[np.arange(len(found)), np.argmax(np.abs(found) > SMALL, axis=1)]
     _, first = np.unique(np.round(found * np.sign(leading)[:, None], 9), axis=0, return_index=True)
-    return np.asarray(found[np.sort(first)])
+    return without_dust(found[np.sort(first)])
 
 
-def normals_across(direction: Any, columns: np.ndarray, given_up: Sequence[np.ndarray] = ()) -> Any:
-    """Graph: return normals SX (k, 4) as `normals` does, with a direction SX (4,) that may be given up as well.
+def slabs_across(
+    direction: Any, columns: np.ndarray, half: Any, given_up: Sequence[np.ndarray] = ()
+) -> tuple[Any, Any]:
+    """Graph: return normals SX (k, 4) as `normals` does, with a direction that may be given up as well, and half the widths SX (k,).
 
-    They are not of unit length: the generalised cross product is linear in the direction.  A direction that is given up only so far adds
-    its own segment to the set, whose slabs are then these and those of `normals`.
+    The normals are not of unit length: the generalised cross product is linear in the direction.  A direction that is given up only so
+    far adds its own segment to the set, whose slabs are then these and those of `normals`; it adds nothing to the width of these.
+
+    Args:
+        direction: SX (4,).
+        columns: (4, n) of the mixer, rows scaled to similar size.
+        half: SX (n,), the largest coefficients of the columns.
+        given_up: Directions (4,) of the wrench, at most one fewer than of `normals`.
     """
     fixed = [(*given_up, *chosen) for chosen in itertools.combinations(_units(columns), 2 - len(given_up))]
-    by_axis = [ca.DM(_crosses([(*pair, axis) for pair in fixed])) for axis in np.eye(4)]
-    return sum((by_axis[k] * direction[k] for k in range(4)), ca.SX(len(fixed), 4))
+    by_axis = np.stack([without_dust(_crosses([(*pair, axis) for pair in fixed])) for axis in np.eye(4)])
+    across = {
+        row: ca.fabs(ca.dot(ca.DM(row), direction)) for row in map(_facing, np.reshape(by_axis @ columns, (4, -1)).T)
+    }
+
+    def width(k: int) -> Any:
+        return sum(across[_facing(by_axis[:, k] @ column)] * half[i] for i, column in enumerate(columns.T))
+
+    slab_normals = sum((ca.DM(by_axis[k]) * direction[k] for k in range(4)), ca.SX(len(fixed), 4))
+    return slab_normals, ca.vertcat(*(width(k) for k in range(len(fixed))))
 
 
 def interval(slab_normals: Any, radius: Any, offset: Any, slope: Any) -> tuple[Any, Any]:
     """Graph: return least and greatest x with offset + slope x inside every slab; the least is the greater one when there is none.
 
     Args:
-        slab_normals: SX (k, 4) or numbers.
+        slab_normals: SX (k, 4) or numbers, of unit length or shorter.
         radius: SX (k,), half the width of each slab in units of its normal.
         offset: SX (4,) from the middle of the set.
         slope: SX (4,); slabs along it say nothing about x.
     """
     here, change = ca.mtimes(slab_normals, offset), ca.mtimes(slab_normals, slope)
-    length = ca.sum2(slab_normals**2)
-    counts = ca.logic_and(change**2 > SMALL**2 * length * ca.sumsqr(slope), length > SMALL**2)
-    divisor = ca.if_else(counts, change, 1)
-    middle, reach = -here / divisor, radius / ca.fabs(divisor)
-    return (
-        ca.mmax(ca.if_else(counts, middle - reach, -UNBOUNDED)),
-        ca.mmin(ca.if_else(counts, middle + reach, UNBOUNDED)),
-    )
+    counts = change**2 > SMALL**2 * ca.sumsqr(slope)
+    inverse = ca.if_else(counts, 1 / change, 0)  # infinite where it is not chosen
+    middle, reach = -here * inverse, radius * ca.fabs(inverse) + ca.if_else(counts, 0, UNBOUNDED)
+    least, most = (ca.vertsplit(ca.SX(ends)) for ends in (middle - reach, middle + reach))
+    return functools.reduce(ca.fmax, least, ca.SX(-UNBOUNDED)), functools.reduce(ca.fmin, most, ca.SX(UNBOUNDED))
 
 
 def radius(slab_normals: Any, columns: Any, half: Any) -> Any:
     """Graph: return half the widths SX (k,) of slabs about columns (4, n) with coefficients up to half SX (n,)."""
-    return ca.mtimes(ca.fabs(ca.mtimes(slab_normals, columns)), half)
+    across = ca.mtimes(slab_normals, columns)
+    return ca.mtimes(ca.fabs(ca.DM(without_dust(across)) if isinstance(across, ca.DM) else across), half)
 
 
 def clipped(value: Any, ends: tuple[Any, Any]) -> Any:
     """Graph: return a value cut to an interval."""
     return ca.fmin(ca.fmax(value, ends[0]), ends[1])
+
+
+def without_dust(matrix: Any) -> np.ndarray:
+    """Return a matrix of numbers near one without their rounding errors: zeros are zero, equal numbers equal, and graphs shorter."""
+    return np.asarray(np.round(np.asarray(matrix, dtype=float), DIGITS) + 0.0)
+
+
+def _facing(row: np.ndarray) -> tuple[float, ...]:
+    """Return a row, without rounding errors, or its opposite: the one whose first entry beside zeros is positive."""
+    clean = without_dust(row)
+    leading = clean[np.flatnonzero(clean)[:1]].sum()
+    return tuple((clean * np.sign(leading) + 0.0).tolist())
 
 
 def _units(columns: np.ndarray) -> list[np.ndarray]:

@@ -19,4 +19,6 @@ static inline real real_if_else_zero(truth t, real x) { return t ? x : 0; }
 /* NaN is passed over, as the C library's fmin and fmax do, which compilers call as functions. */
 static inline real real_fmin(real x, real y) { return x < y || y != y ? x : y; }
 static inline real real_fmax(real x, real y) { return x > y || y != y ? x : y; }
+static inline real lesser(real x, real y) { return x < y ? x : y; } /* the same where y is never NaN, in one comparison */
+static inline real greater(real x, real y) { return x > y ? x : y; }
 static inline real real_sign(real x) { return x < 0 ? -1 : x > 0 ? 1 : x; }
