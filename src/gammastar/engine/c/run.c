@@ -92,7 +92,7 @@ static void look_up(struct worker *at, int j, const real *state) {
     struct segments *held = at->segments + j;
     real x[1];
     variable(j, state, at->parameters, at->column, at->rows, x);
-    const real whole = select(held->divisor < INFINITY, real_floor((x[0] - held->begin) / held->divisor), spread(0.0));
+    const real whole = choose(held->divisor < INFINITY, real_floor((x[0] - held->begin) / held->divisor), spread(0.0));
     const real local = x[0] - whole * held->period;
     const truth left = negated(both(whole == held->whole, both(held->lower <= local, local < held->upper)));
     if (!any(left)) return;

@@ -13,7 +13,7 @@ static inline truth negated(truth t) { return !t; }
 static inline truth both(truth s, truth t) { return s && t; }
 static inline truth either(truth s, truth t) { return s || t; }
 static inline int any(truth t) { return t; }
-static inline real select(truth t, real x, real y) { return t ? x : y; }
+static inline real choose(truth t, real x, real y) { return t ? x : y; }
 static inline real real_if_else_zero(truth t, real x) { return t ? x : 0; }
 
 /* NaN is passed over, as the C library's fmin and fmax do, which compilers call as functions. */
