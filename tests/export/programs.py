@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gammastar.export.program import Program
+from gammastar.export.program import Program, c_name
 from gammastar.export.vectors import believed
 from gammastar.law.filter import MOTION
 from gammastar.mission import load
-from gammastar.mission.exported import c_name, program
 
 needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("gcc", "clang", "cc"))), reason="no C compiler answers")
 
@@ -38,7 +37,7 @@ def has_sanitizers() -> bool:
 def exported(name: str, real: str = "float64", **changes: Any) -> Program:
     """Return the program of a built-in mission, with values of its sections changed: flight__duration=2.0."""
     mission = load(name).with_values({key.replace("__", "."): value for key, value in changes.items()})
-    return program(mission, c_name(name), real)
+    return mission.program(c_name(name), real)
 
 
 def flown(pilot: Any, made: Program, motion: np.ndarray, steps: int) -> np.ndarray:

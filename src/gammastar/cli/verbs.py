@@ -128,18 +128,23 @@ def export(
         typer.Option(metavar="DIR", help="The folder to write: new, empty, or an earlier export.", show_default=False),
     ],
     target: Annotated[str, typer.Option(metavar="c99", help="What it is made for.")] = "c99",
-    real: Annotated[str, typer.Option(metavar="float32|float64", help="The type of its numbers.")] = "float32",
+    real: Annotated[
+        str | None,
+        typer.Option(
+            metavar="float32|float64", help="The type of its numbers; float32, unless [controller] says another."
+        ),
+    ] = None,
     changes: Changes = None,
     as_json: AsJson = False,
 ) -> None:
     """Write a folder of source code that flies a mission on the vehicle's own computer."""
     from gammastar.export import folder as place
+    from gammastar.export.program import c_name
     from gammastar.export.targets import files_of
-    from gammastar.mission.exported import c_name, program
 
     folder = place.chosen_folder(out)
     chosen = _mission(name, changes)
-    made = program(chosen, c_name(Path(name).stem), real, __version__)
+    made = chosen.program(c_name(Path(name).stem), real, __version__)
     files = files_of(made, target, chosen.file.flight.duration)
     facts = place.facts_of(made, target, files)
     place.write(folder, files, facts)

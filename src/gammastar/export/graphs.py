@@ -11,6 +11,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar.frames import convert_vector
 from gammastar.law.actuation import RotorSpeeds
@@ -99,8 +100,8 @@ class Graphs:
         """Return vectors (..., 3) of `ned` in the mission's frame, or the reverse."""
         return convert_vector(vectors, self.frame)
 
-    def measurement(self, motion: np.ndarray) -> np.ndarray:
-        """Return the measurement (22,) of a motion (18,) in `ned`, all of it fresh."""
+    def measurement(self, motion: np.ndarray, fresh: ArrayLike = (1.0, 1.0, 1.0, 1.0)) -> np.ndarray:
+        """Return the measurement (22,) of a motion (18,) in `ned`; all of it is fresh when nothing else is said."""
         attitude = motion[6:15].reshape(3, 3).T
         signs = np.diag(self._signs)
         parts = [
@@ -109,7 +110,7 @@ class Graphs:
             (signs @ attitude @ signs).ravel(),
             self.outside(motion[15:18]),
         ]
-        return np.concatenate([*parts, np.ones(4)])
+        return np.concatenate([*parts, np.asarray(fresh)])
 
     @property
     def _signs(self) -> np.ndarray:

@@ -35,6 +35,10 @@ class Compiled:
         )
         return Pilot(self, state)
 
+    def going_on(self, state: bytes) -> Pilot:
+        """Return an autopilot in a state that another one has been in."""
+        return Pilot(self, self.structures.state.from_buffer_copy(state))
+
     def measured(self, measurement: np.ndarray) -> Any:
         """Return a measurement (22,) as its structure."""
         result, first = self.structures.measurement(), 0

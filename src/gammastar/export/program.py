@@ -23,7 +23,9 @@ BEND = 0.2  # [rad] by which a path turns between two of the samples among which
 SAMPLES = (64, 2048)  # fewest and most of them
 NEWTON_STEPS = 16  # from a sample to the nearest point
 NAME = re.compile(r"[a-z][a-z0-9_]*")
-REAL_NAMES = {"float32": "float", "float64": "double"}
+DEFAULT_NAME = "mission"
+DEFAULT_REAL = "float32"
+REALS = {"float32": "float", "float64": "double"}
 
 
 class Samples(NamedTuple):
@@ -58,7 +60,7 @@ class Program:
     start: np.ndarray  # (20,) where the mission starts, in `ned`
     parameter: float  # of the path, nearest to it
     frame: str = "ned"
-    real: str = "float32"
+    real: str = DEFAULT_REAL
     version: str = ""  # of gammastar
 
     def __post_init__(self) -> None:
@@ -66,8 +68,8 @@ class Program:
             raise InputError(
                 f"the name of an export must consist of small letters, digits and _, a letter first (got {self.name!r}); rename it"
             )
-        if self.real not in REAL_NAMES:
-            raise UnknownNameError("real", self.real, REAL_NAMES)
+        if self.real not in REALS:
+            raise UnknownNameError("real", self.real, REALS)
 
     @property
     def path(self) -> Path:
@@ -77,7 +79,7 @@ class Program:
     @property
     def c_real(self) -> str:
         """Return the C type of a number."""
-        return REAL_NAMES[self.real]
+        return REALS[self.real]
 
     @functools.cached_property
     def graphs(self) -> Graphs:
@@ -189,6 +191,12 @@ class Program:
     def started(self, measurement: np.ndarray) -> np.ndarray:
         """Return the first memory from a first measurement, near the start of the mission."""
         return np.asarray(self.functions["start"](measurement, self.parameter, self.rows(self.parameter)).full()[:, 0])
+
+
+def c_name(name: str) -> str:
+    """Return what a mission or a file is called as a prefix in C: small letters, digits and _, a letter first."""
+    words = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    return words if words[:1].isalpha() else f"{DEFAULT_NAME}_{words}".strip("_")
 
 
 def _bend(path: ParametricPath, parameters: np.ndarray) -> float:

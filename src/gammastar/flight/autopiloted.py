@@ -20,7 +20,7 @@ from gammastar.flight.sensors import Sensors
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
 from gammastar.flight.wind import Wind
 from gammastar.law import Law, Reference
-from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot
+from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot, Stepped
 from gammastar.law.guidance import Guidance, Surroundings
 from gammastar.law.measurement import CHANNELS
 from gammastar.law.piecewise import DATA_SIZE
@@ -137,19 +137,28 @@ class AutopilotLoop:
         wind, errors = ca.SX.sym("wind", 3), ca.SX.sym("errors", ERRORS)
         rows = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size)
         plant, true_parameter, memory, pilot = ca.vertsplit(loop_state, [0, *np.cumsum(self.sizes[:4])])
-        data = rows[DATA_SIZE:]
+        memory, measurement = self.measured(plant, memory, errors)
+        stepped = self.autopilot.step(pilot, measurement, time, Surroundings(rows[DATA_SIZE:], rows[:DATA_SIZE]))
+        after, nearest, observation = self.moved(plant, true_parameter, pilot[1], stepped, wind, rows[DATA_SIZE:])
+        results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
+        return ca.Function("given", [loop_state, time, wind, errors, rows], [ca.densify(each) for each in results])
+
+    def measured(self, plant: Any, memory: Any, errors: Any) -> tuple[Any, Any]:
+        """Graph: return the next memory of the sensors, and the measurement SX (22,) as an interval begins."""
         exposed, _ = self.plant.motion(plant, ca.SX.zeros(self.plant.command_size))
-        memory, measurement = self.sensors.measured(memory, exposed, errors, 1 / self.interval)
-        stepped = self.autopilot.step(pilot, measurement, time, Surroundings(data, rows[:DATA_SIZE]))
+        return self.sensors.measured(memory, exposed, errors, 1 / self.interval)
+
+    def moved(
+        self, plant: Any, true_parameter: Any, was_waiting: Any, stepped: Stepped, wind: Any, data: Any
+    ) -> tuple[Any, Any, Any]:
+        """Graph: return the plant's next state and true parameter, and the observation, from what the autopilot has done."""
         acting = self.plant.acting(plant, stepped.command)
         state, wrench = self.plant.motion(plant, acting)
-        place = foot(pilot[1], stepped.waiting, stepped.parameter, true_parameter)
+        place = foot(was_waiting, stepped.waiting, stepped.parameter, true_parameter)
         observation = self._observation(state, wrench, place, wind, stepped, plant, acting, data)
         after = self.plant.step(plant, stepped.command, wind)
         followed = self.law.path.track(after[:3], ca.vertcat(place, data))
-        nearest = ca.if_else(stepped.waiting, stepped.parameter, followed)
-        results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
-        return ca.Function("given", [loop_state, time, wind, errors, rows], [ca.densify(each) for each in results])
+        return after, ca.if_else(stepped.waiting, stepped.parameter, followed), observation
 
     def _observation(
         self,

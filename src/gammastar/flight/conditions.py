@@ -12,6 +12,7 @@ from gammastar.flight.loop import FEEDBACKS, ClosedLoop
 from gammastar.flight.noise import SensorNoise
 from gammastar.flight.plant import Plant
 from gammastar.flight.sensors import Channel, Sensors
+from gammastar.flight.software_in_the_loop import Pilot, PilotedLoop
 from gammastar.flight.timing import timing
 from gammastar.flight.wind import Wind
 from gammastar.law import Law
@@ -35,6 +36,7 @@ class Conditions:
     noise: SensorNoise | None = None
     sensors: Sensors | None = None
     wind: Wind | None = None
+    pilot: Pilot | None = None  # flies in place of the graph that it was compiled from
 
     def __post_init__(self) -> None:
         number(self.duration, "duration [s]", above=0)
@@ -65,6 +67,7 @@ class Conditions:
             "sensors": self.sensors,
             "wind": self.wind,
             "the interface 'rates'": law.interface == "rates",
+            "a compiled autopilot": self.pilot,
         }
         return next((reason for reason, given in reasons.items() if given), None)
 
@@ -124,8 +127,20 @@ class Conditions:
                         "an inner loop that is faster cannot be told from one of that bandwidth, so give it"
                     )
         plant = Plant(truth, interval, substeps, method, law.interface)
-        autopilot = Autopilot(guidance, interval, feedback == "middle")
-        return AutopilotLoop(autopilot, plant, self._sensors(), self.wind or Wind())
+        loop = self.autopilot(guidance), plant, self._sensors(), self.wind or Wind()
+        if self.pilot is None:
+            return AutopilotLoop(*loop)
+        if self.pilot.interval != interval:
+            raise InputError(
+                f"a compiled autopilot must fly at its own rate (got {1 / interval:g} Hz, and it has {1 / self.pilot.interval:g} Hz); "
+                "give that rate, or compile it again"
+            )
+        return PilotedLoop(*loop, self.pilot)
+
+    def autopilot(self, guidance: Guidance) -> Autopilot:
+        """Return what runs on the vehicle's computer; a law that acts continuously is taken to act at `AUTOPILOT_RATE`."""
+        feedback, _, rate = self.sampling(guidance.law)
+        return Autopilot(guidance, 1 / (rate or AUTOPILOT_RATE), feedback != "start")
 
     def _truth(self, law: Law) -> Vehicle:
         return law.vehicle if self.truth is None else self.truth

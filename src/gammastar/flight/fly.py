@@ -20,6 +20,7 @@ from gammastar.flight.noise import SensorNoise
 from gammastar.flight.phases import Phase, Replacement, phases_of
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import Sensors
+from gammastar.flight.software_in_the_loop import Pilot
 from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Speed
@@ -54,6 +55,7 @@ def fly(
     replacements: Sequence[Replacement] = (),
     progress: Callable[[int, int], None] | None = None,
     throw: bool = False,
+    pilot: Pilot | None = None,
 ) -> FlightRecord:
     """Fly a law from a start and return the record; it draws, prints and saves nothing.
 
@@ -82,6 +84,7 @@ def fly(
         replacements: Other paths to follow from some times on, in their order.
         progress: Called with (steps done, steps in all).
         throw: Raise `FlightError` when the flight ends early; otherwise the record's status says so.
+        pilot: The autopilot of this very flight, compiled: it flies in place of its graph.
 
     Raises:
         SingularStartError: The law has no finite input at the start.
@@ -100,10 +103,14 @@ def fly(
     wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]
     number(settled_within, "settled_within [m]", above=0)
     yaw = number(yaw_reference, "yaw reference") if heading is None else heading
-    conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
+    conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind, pilot)
     chance = whole(seed, "seed"), whole(flight, "flight")
     loop, first, steps = prepared(law, start, wanted, yaw, conditions, *chance)
     phases = phases_of(law, wanted, replacements, loop.interval, steps)
+    if pilot is not None and len(phases) > 1:
+        raise InputError(
+            f"a compiled autopilot has one path (got {len(phases) - 1} replacements); fly the law itself, or leave them out"
+        )
     times = np.arange(steps + 1) * loop.interval
     ideal = isinstance(loop, ClosedLoop)
     watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18] if ideal else -np.inf)

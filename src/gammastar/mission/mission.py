@@ -13,19 +13,21 @@ from pydantic import ValidationError
 
 from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
+from gammastar.export.pilot import CompiledPilot
+from gammastar.export.program import DEFAULT_NAME, DEFAULT_REAL, Program
 from gammastar.flight import FlightRecord, Replacement, SensorNoise, Sensors, Wind, fly
-from gammastar.flight.autopiloted import AutopilotLoop
-from gammastar.flight.conditions import AUTOPILOT_RATE, Conditions
+from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
 from gammastar.flight.timing import interval_of, timing
 from gammastar.law import AnyReference, Approach, Heading, Law, Profile, design
 from gammastar.law.autopilot import Autopilot
+from gammastar.law.guidance import Guidance
 from gammastar.mission import turn
 from gammastar.mission.complaint import complaint, within
 from gammastar.mission.references import FeasibleSection
 from gammastar.mission.resolved import resolved, with_paths_written
-from gammastar.mission.sections import YAW_OUTPUTS, MissionFile
+from gammastar.mission.sections import COMPILED, YAW_OUTPUTS, MissionFile
 from gammastar.mission.tables import plain, put, written
 from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
@@ -50,7 +52,7 @@ class Mission:
         with within("[reference]"):
             self._reference.resolved(law.path, parameter)
         flight = self.file.flight
-        conditions = Conditions(noise=self._noise, **self._conditions)
+        conditions = Conditions(noise=self._noise, pilot=self._pilot, **self._conditions)
         with within("[controller]"):
             sampling = conditions.sampling(law)
             interval_of(*sampling)
@@ -137,6 +139,7 @@ class Mission:
             settled_within=self.file.flight.settled_within,
             replacements=self._replacements,
             progress=progress,
+            pilot=self._pilot,
             **self._conditions,
         )
 
@@ -157,15 +160,29 @@ class Mission:
         start, parameter = self._law.start_vector(self._start)
         conditions = Conditions(noise=self._noise, **self._conditions)
         yaw = self._yaw if self._heading is None else self._heading
-        loop, _, _ = prepared(self._law, self._start, self._reference, yaw, conditions)
-        if isinstance(loop, AutopilotLoop):
-            return loop.autopilot, start, parameter
-        interval = 1 / AUTOPILOT_RATE if loop.feedback == "continuous" else loop.interval
-        return Autopilot(loop.guidance, interval, loop.feedback != "start"), start, parameter
+        guidance = Guidance(self._law, self._reference.resolved(self._law.path, parameter), yaw)
+        return conditions.autopilot(guidance), start, parameter
+
+    def program(self, name: str = DEFAULT_NAME, real: str | None = None, version: str = "") -> Program:
+        """Return the autopilot of the mission as a program that can be written in C.
+
+        Args:
+            name: Prefix of every public name in C.
+            real: 'float32' or 'float64'; that of [controller] when left out, and float32 where it says nothing.
+            version: Of gammastar, to be named in the files.
+
+        Raises:
+            MissionError: The mission replaces its path on the way.
+            UnknownNameError: The real type is unknown.
+        """
+        pilot, start, parameter = self.autopilot()
+        chosen = real or self.file.controller.real or DEFAULT_REAL
+        return Program(name, self.title, pilot, start, parameter, self.frame, chosen, version)
 
     def values(self) -> dict[str, Any]:
         """Return the mission as nested plain values with every default written out."""
-        feedback, _, rate = Conditions(noise=self._noise, **self._conditions).sampling(self._law)
+        conditions = Conditions(noise=self._noise, pilot=self._pilot, **self._conditions)
+        feedback, _, rate = conditions.sampling(self._law)
         return resolved(self.file, self._law, feedback, rate)
 
     def toml(self) -> str:
@@ -203,6 +220,11 @@ class Mission:
             "wind": self._wind,
         }
 
+    @functools.cached_property
+    def _pilot(self) -> CompiledPilot | None:
+        """Return what flies in place of the law's graph; None unless [controller] says so."""
+        return CompiledPilot(self.program()) if self.file.controller.interface == COMPILED else None
+
     @property
     def _yaw(self) -> float:
         """Return the constant reference of the yaw output, in `ned`."""
@@ -216,11 +238,11 @@ class Mission:
             path = file.path.path(self.frame)
         with within("[controller]"):
             arguments = vehicle, path, controller.design_poles(), YAW_OUTPUTS[controller.yaw_output]
-            law = design(*arguments, interface=controller.interface)
+            law = design(*arguments, interface=controller.commands)
         if file.approach is not None:
             with within("[approach]"):
                 approach = Approach(**file.approach.arguments())
-                law = design(*arguments, approach=approach, interface=controller.interface)
+                law = design(*arguments, approach=approach, interface=controller.commands)
         if file.observer is not None and file.integral is not None:
             raise MissionError(
                 "a mission must have [observer] or [integral] (got both); leave one of them out", "integral"

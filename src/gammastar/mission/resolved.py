@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from gammastar.export.program import DEFAULT_REAL
 from gammastar.law import Law
 from gammastar.law.design import CHAINS
-from gammastar.mission.sections import ControllerSection, MissionFile, StartSection
+from gammastar.mission.sections import COMPILED, ControllerSection, MissionFile, StartSection
 from gammastar.mission.tables import plain
 
 
@@ -25,6 +26,8 @@ def resolved(file: MissionFile, law: Law, feedback: str, rate: float | None) -> 
     values["controller"]["poles"] = {
         chain: [[pole.real, pole.imag] if pole.imag else pole.real for pole in law.poles[chain]] for chain in chains
     }
+    if values["controller"]["interface"] == COMPILED:
+        values["controller"] |= {"real": file.controller.real or DEFAULT_REAL}
     controller = values["controller"] | {"feedback": feedback} | ({} if rate is None else {"rate": rate})
     values["controller"] = {key: controller[key] for key in ControllerSection.model_fields if key in controller}
     start = {"thrust": law.vehicle.weight} | values["start"]

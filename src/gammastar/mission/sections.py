@@ -24,6 +24,7 @@ from pydantic import (
 from gammastar import checks, so3
 from gammastar.certificate import Limits
 from gammastar.errors import InputError
+from gammastar.export.program import REALS
 from gammastar.flight import INTEGRATORS, fly
 from gammastar.flight.loop import FEEDBACKS
 from gammastar.frames import FRAMES
@@ -68,6 +69,7 @@ def body_rate(yaw_rate: Any) -> Any:
     return yaw_rate
 
 
+COMPILED = "c"  # the interface of a law that flies as the C that `gammastar export` writes
 LONGEST_TITLE = 200  # characters
 YAW_OUTPUTS: dict[str, Callable[[Any], Any]] = {"r": body_rate, "sinh": ca.sinh, "asinh": ca.asinh}
 """Smooth beta(r) of Eq. (14), all odd: where another frame turns the third axis round, their sign turns and nothing else."""
@@ -91,7 +93,21 @@ class ControllerSection(Section):
     yaw_reference: Number = default_of(fly, "yaw_reference")  # of beta(r), r about the third body axis
     feedback: Annotated[str, one_of(FEEDBACKS)] | None = default_of(fly, "feedback")
     rate: Positive | None = None  # [Hz]
-    interface: Annotated[str, one_of(INTERFACES)] = default_of(design, "interface")
+    interface: Annotated[str, one_of((*INTERFACES, COMPILED))] = default_of(design, "interface")
+    real: Annotated[str, one_of(REALS)] | None = None  # of the numbers of compiled C
+
+    @model_validator(mode="after")
+    def _real_of_c(self) -> ControllerSection:
+        if self.real is not None and self.interface != COMPILED:
+            raise SectionError(
+                f'must have interface = "{COMPILED}" where real is given (got interface = "{self.interface}"); leave real out'
+            )
+        return self
+
+    @property
+    def commands(self) -> str:
+        """Return the interface of the law: a compiled one commands what a law with a wrench does."""
+        return "wrench" if self.interface == COMPILED else self.interface
 
     def design_poles(self) -> Any:
         """Return the poles as `design` takes them."""
