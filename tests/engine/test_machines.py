@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -69,6 +70,18 @@ def test_no_steps_no_flights_and_flights_that_have_ended_leave_the_start(name: s
     assert np.array_equal(engine.run(steps.noisy(), ended, 5, machine=name, **HOW), ended, equal_nan=True)
     states, observations = engine.trace(steps.noisy(), ended[:, 0], 5, machine=name, **HOW)
     assert (states.shape, observations.shape) == ((3, 1), (3, 0))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("status", [-1.0, 0.5, np.nan])
+def test_any_status_but_zero_ends_a_flight(status: float, name: str) -> None:
+    def after(state: ca.SX, parameters: ca.SX, number: ca.SX) -> ca.SX:
+        return ca.vertcat(state[0] + 1, ca.if_else(state[0] < 5, 0, parameters))
+
+    step = steps.step_of(2, 1, after, status=1)
+    found = engine.run(step, np.zeros((2, 1)), 50, parameters=[status], machine=name)
+    assert np.array_equal(found, [[6.0], [status]], equal_nan=True)
+    assert engine.trace(step, np.zeros(2), 50, parameters=[status], machine=name)[0].shape == (2, 7)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,12 +1,12 @@
 """What runs a graph."""
 
 from gammastar.engine.compiled import compilations, compiled
-from gammastar.engine.machine import CHUNK, scan
 from gammastar.engine.machines import processors, run, trace
 from gammastar.engine.python_source import python_source
 from gammastar.engine.random import uniforms
 from gammastar.engine.step import Inputs, Step
 from gammastar.engine.tape import Tape, tape_of
+from gammastar.engine.virtual import CHUNK, scan
 
 __all__ = [
     "CHUNK",

@@ -35,6 +35,7 @@ class Arrays:
             ends[:, flying] = states
             ended = batch.flights - int(batch.going(ends).sum())
             tell((k + 1) * (batch.flights - ended) + batch.steps * ended)
+        tell(batch.steps * batch.flights)
         return ends
 
     def stretch(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:

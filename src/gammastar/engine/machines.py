@@ -65,10 +65,7 @@ def run(
         progress: Called with the number of steps done so far, in all flights; one that has ended counts as all of its steps.
     """
     given = batch(step, starts, steps, first, seed, flights, parameters)
-    tell = progress or _nothing
-    ends = machine_of(machine, step).fly(given, workers or processors(), tell)
-    tell(given.steps * given.flights)
-    return ends
+    return machine_of(machine, step).fly(given, workers or processors(), progress or _nothing)
 
 
 def trace(

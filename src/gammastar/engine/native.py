@@ -55,6 +55,7 @@ class Native:
             job.stop = 1
             for each in threads:
                 each.join()
+        tell(int(done[:, 0].sum()))
         return job.ends
 
     def stretch(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ class Virtual:
 
     def __init__(self, step: Step) -> None:
         self.step = step
-        self._several = functools.cache(lambda graph, count: graph.mapaccum("run", count))
+        self._several = functools.lru_cache(4)(lambda graph, count: graph.mapaccum("run", count))
 
     def fly(self, batch: Batch, workers: int, tell: Progress) -> np.ndarray:
         """Return the final states (n, flights); workers make no difference."""
@@ -35,6 +36,7 @@ class Virtual:
                 ends[:, flight] = states[:, -1]
                 tell(done + begin + count)
             done += batch.steps
+            tell(done)
         return ends
 
     def stretch(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
@@ -55,6 +57,30 @@ class Virtual:
         ended = np.flatnonzero(~batch.going(states))
         kept = ended[0] + 1 if len(ended) else batch.steps
         return states[:, :kept], observations[:, :kept]
+
+
+def scan(
+    function: Any, state: np.ndarray, exogenous: Callable[[int, int], np.ndarray], steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Run a function (state, column) -> (next state, observation) over columns that are known, as the law's closed form is.
+
+    Args:
+        function: CasADi function.
+        state: (n,) start.
+        exogenous: Given a first step and the one after the last, returns their columns (m, count).
+        steps: How many.
+
+    Returns:
+        States (n, steps + 1) with the start first, and observations (k, steps times the columns of one observation).
+    """
+    several = functools.cache(lambda count: function.mapaccum("run", count))
+    states, observations = [np.asarray(state, dtype=float)[:, None]], [np.empty((function.size1_out(1), 0))]
+    for done in range(0, steps, CHUNK):
+        count = min(CHUNK, steps - done)
+        after, observed = several(count)(states[-1][:, -1], exogenous(done, done + count))
+        states.append(after.full())
+        observations.append(observed.full())
+    return np.hstack(states), np.hstack(observations)
 
 
 def observed(step: Step, batch: Batch, states: np.ndarray) -> np.ndarray:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 import pytest
 
 from gammastar import engine
-from gammastar.engine.machine import CHUNK
+from gammastar.engine.virtual import CHUNK
 
 
 def step(width: int = 1) -> ca.Function:
@@ -32,11 +30,9 @@ def one_by_one(function: ca.Function, state: np.ndarray, exogenous: np.ndarray) 
 START = np.array([0.3, -0.2])
 
 
-def scan(
-    function: ca.Function, state: np.ndarray, exogenous: np.ndarray, *rest: Any, **more: Any
-) -> tuple[np.ndarray, np.ndarray]:
+def scan(function: ca.Function, state: np.ndarray, exogenous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Scan over columns that lie ready."""
-    return engine.scan(function, state, lambda a, b: exogenous[:, a:b], exogenous.shape[1], *rest, **more)
+    return engine.scan(function, state, lambda a, b: exogenous[:, a:b], exogenous.shape[1])
 
 
 @pytest.mark.parametrize("width", [1, 3])
@@ -55,33 +51,6 @@ def test_no_steps_leave_the_start() -> None:
     states, observations = scan(step(), START, np.zeros((2, 0)))
     assert np.array_equal(states, START[:, None])
     assert observations.shape == (3, 0)
-
-
-@pytest.mark.parametrize("width", [1, 2])
-@pytest.mark.parametrize("last", [0, 1, CHUNK - 1, CHUNK, CHUNK + 3])
-def test_a_scan_ends_where_it_is_told_to(last: int, width: int) -> None:
-    """`stop` sees the states after each step of a chunk; what comes after the kept steps is gone."""
-    exogenous = np.random.default_rng(1).normal(size=(2, 3 * CHUNK))
-    full, observed = scan(step(width), START, exogenous)
-    seen = []
-
-    def stop(after: np.ndarray, observation: np.ndarray) -> int | None:
-        assert observation.shape[1] == width * after.shape[1]
-        begin = sum(seen)
-        assert np.array_equal(after, full[:, begin + 1 : begin + 1 + after.shape[1]])
-        seen.append(after.shape[1])
-        return last - begin if begin <= last < begin + after.shape[1] else None
-
-    states, observations = scan(step(width), START, exogenous, stop=stop)
-    assert np.array_equal(states, full[:, : last + 1])
-    assert np.array_equal(observations, observed[:, : last * width])
-    assert sum(seen) == (last // CHUNK + 1) * CHUNK  # nothing is computed beyond the chunk
-
-
-def test_progress_counts_up_to_the_end() -> None:
-    told: list[int] = []
-    scan(step(), START, np.zeros((2, 2 * CHUNK + 7)), progress=told.append)
-    assert told == [CHUNK, 2 * CHUNK, 2 * CHUNK + 7]
 
 
 def test_the_same_scan_gives_the_same_bytes() -> None:
