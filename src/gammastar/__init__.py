@@ -12,6 +12,7 @@ if _TYPE_CHECKING:
         INTEGRATORS,
         Channel,
         FlightRecord,
+        Flights,
         Gusts,
         Replacement,
         SensorNoise,
@@ -19,6 +20,7 @@ if _TYPE_CHECKING:
         Status,
         Wind,
         fly,
+        fly_many,
     )
     from gammastar.law import (
         Along,
@@ -69,6 +71,7 @@ __all__ = [
     "Curve",
     "CustomForce",
     "FlightRecord",
+    "Flights",
     "Gusts",
     "INTEGRATORS",
     "ImplicitPath",
@@ -105,6 +108,7 @@ __all__ = [
     "errors",
     "feasible_profile",
     "fly",
+    "fly_many",
     "implicit_from_formula",
     "load_mission",
     "paths",
@@ -120,8 +124,8 @@ __version__ = "0.1.0"
 _ROOMS = {  # room -> the public names that it has
     "certificate": ("Limits", "certify", "feasible_profile"),
     "flight": (
-        *("Channel", "FlightRecord", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise", "Sensors"),
-        *("Status", "Wind", "fly"),
+        *("Channel", "FlightRecord", "Flights", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise"),
+        *("Sensors", "Status", "Wind", "fly", "fly_many"),
     ),
     "law": (
         *("Along", "Approach", "Azimuth", "IntegralAction", "KalmanFilter", "Law", "Leg", "Legs", "Observer"),

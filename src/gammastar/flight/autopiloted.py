@@ -15,7 +15,7 @@ import numpy as np
 from gammastar import engine
 from gammastar.flight.draws import Draws
 from gammastar.flight.plant import Plant
-from gammastar.flight.rows import nearest_distances, normal_rows
+from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
 from gammastar.flight.wind import Wind
@@ -24,7 +24,7 @@ from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot, Steppe
 from gammastar.law.guidance import Guidance, Surroundings
 from gammastar.law.measurement import CHANNELS
 from gammastar.law.piecewise import DATA_SIZE
-from gammastar.vehicle import Vehicle, join
+from gammastar.vehicle import Vehicle, join, split
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 ERRORS = 6 * len(CHANNELS)  # of the sensors in an interval, with flags of the axes
@@ -70,6 +70,11 @@ class AutopilotLoop:
         return self.plant.substeps
 
     @property
+    def is_ideal(self) -> bool:
+        """Return that the law does not act by itself."""
+        return False
+
+    @property
     def sizes(self) -> tuple[int, int, int, int, int]:
         """Return the sizes of the parts of the state: plant, true parameter, sensors, autopilot, wind."""
         return self.plant.size, 1, self.sensors.size(1 / self.interval), self.autopilot.size, self.wind.size
@@ -106,7 +111,7 @@ class AutopilotLoop:
 
     def step(self) -> engine.Step:
         """Return one interval; its core is built once for a path's kind, and the path's and the reference's numbers are looked up."""
-        core = engine.compiled((*self._signature, self.sensors.signature, self.wind.signature), self._core)
+        core = engine.compiled(self.signature, self._core)
         return engine.Step(core, lookups_of(self.guidance, self.parameter, self.interval), self.pairs)
 
     def given(self) -> Any:
@@ -115,6 +120,11 @@ class AutopilotLoop:
         It gives the next state and the observation.
         """
         return engine.compiled(self._signature, self._given)
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Return everything that enters the graph of a step as a constant."""
+        return (*self._signature, self.sensors.signature, self.wind.signature)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
@@ -180,6 +190,15 @@ class AutopilotLoop:
             *(stepped.telemetry, self.plant.speeds(plant, acting), wind),
             *(waiting, told["constrained"], of.focal_margin),
         )
+
+    def row(self, loop_state: Any, observed: Any) -> RowGraph:
+        """Graph: return what is told of a row, from the loop state and its observation."""
+        told, end = STATE_SIZE + 4 + 4 * self.law.path.components + 5, observed.shape[0]
+        given_up = ca.vertsplit(observed[told : told + TELEMETRY_SIZE], _cuts(TELEMETRY))[
+            list(TELEMETRY).index("given_up")
+        ]
+        parts = split(observed[:STATE_SIZE]), observed[STATE_SIZE + 1 : STATE_SIZE + 4], loop_state[self.plant.size]
+        return RowGraph(*parts, observed[end - 3] > 0, given_up, observed[end - 1])
 
     def rows(self, states: np.ndarray, observations: np.ndarray) -> dict[str, np.ndarray]:
         """Return the rows of a phase by the names of the record, from loop states and observations, one column each."""

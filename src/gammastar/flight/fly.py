@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gammastar import engine
-from gammastar.checks import instance, number, whole
+from gammastar.checks import instance, whole
 from gammastar.errors import FlightError, InputError, SingularStartError
 from gammastar.flight.autopilot_rows import AutopilotRows
 from gammastar.flight.autopiloted import AutopilotLoop
@@ -21,14 +21,15 @@ from gammastar.flight.phases import Phase, Replacement, phases_of
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.software_in_the_loop import Pilot
-from gammastar.flight.watch import Watch, is_resolved, nearest_singularity, turns_too_far
+from gammastar.flight.task import Chance, Task, task
+from gammastar.flight.watch import CODES, LARGEST_TURN, Breakdown, Watch, is_resolved, nearest_singularity
 from gammastar.flight.wind import Wind
-from gammastar.law import AnyReference, Heading, Law, Speed
+from gammastar.law import AnyReference, Heading, Law
 from gammastar.law.guidance import Guidance
 from gammastar.law.law import Yaw
-from gammastar.law.reference import reference_given
 from gammastar.vehicle import State, Vehicle
 
+NO_CHANCE = Chance(0, 0)
 SMALLEST_THRUST = 1e-6  # of the thrust at the start; below it the law divides by rounding
 
 
@@ -90,38 +91,47 @@ def fly(
         SingularStartError: The law has no finite input at the start.
         FlightError: The flight ended early and `throw` is set.
     """
-    instance(law, Law, "law", "make one with gs.design(vehicle, path)")
     instance(start, State, "start", "make one with gs.State(position)")
-    if heading is not None:
-        instance(heading, Heading, "heading", "make one with gs.Along(), gs.Azimuth() or gs.Towards()")
-        if number(yaw_reference, "yaw reference") != 0:
-            raise InputError("a flight has a heading or a yaw reference (got both); leave one of them out")
-    if reference is not None:
-        reference_given(reference)
-    if (speed is None) == (reference is None):
-        raise InputError("a flight needs exactly one of speed and reference (got both or none); give one of them")
-    wanted: AnyReference = Speed(speed) if speed is not None else reference  # type: ignore[assignment]
-    number(settled_within, "settled_within [m]", above=0)
-    yaw = number(yaw_reference, "yaw reference") if heading is None else heading
+    wanted = task(law, speed, reference, yaw_reference, heading, settled_within)
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind, pilot)
-    chance = whole(seed, "seed"), whole(flight, "flight")
-    loop, first, steps = prepared(law, start, wanted, yaw, conditions, *chance)
-    phases = phases_of(law, wanted, replacements, loop.interval, steps)
+    chance = Chance(whole(seed, "seed"), whole(flight, "flight"))
+    loop, first, steps = prepared(law, start, wanted.reference, wanted.yaw, conditions, chance)
+    phases = phases_of(law, wanted.reference, replacements, loop.interval, steps)
     if pilot is not None and len(phases) > 1:
         raise InputError(
             f"a compiled autopilot has one path (got {len(phases) - 1} replacements); fly the law itself, or leave them out"
         )
-    times = np.arange(steps + 1) * loop.interval
-    ideal = isinstance(loop, ClosedLoop)
-    watch = Watch(loop.interval / loop.substeps, SMALLEST_THRUST * first[18] if ideal else -np.inf)
-    if turns_too_far(first[15:18], watch.step):
+    record = recorded(wanted, start, loop, first, steps, phases, chance, progress)
+    if throw and not record.completed:
+        raise FlightError(
+            f"the flight must reach {duration:g} s (got {record.status_time:.4g} s: {record.status.value}); "
+            "change the start, the poles or the speed",
+            record,
+        )
+    return record
+
+
+def recorded(
+    wanted: Task,
+    start: State,
+    loop: ClosedLoop | AutopilotLoop,
+    first: np.ndarray,
+    steps: int,
+    phases: Sequence[Phase],
+    chance: Chance,
+    progress: Callable[[int, int], None] | None = None,
+    machine: str = "casadi",
+) -> FlightRecord:
+    """Return the record of a flight whose loop starts with a state and takes some steps."""
+    times, law = np.arange(steps + 1) * loop.interval, wanted.law
+    watch = Watch(float(least_thrust(first)), loop.interval / loop.substeps, loop.is_ideal)
+    if np.linalg.norm(first[15:18]) * watch.step >= LARGEST_TURN:
         watch.status = Status.UNRESOLVED
-    parts = _flown(loop, first, phases, times, chance, watch, progress)
+    parts = _flown(loop, first, phases, times, chance, watch, progress, machine)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     status, count = watch.status, len(rows["state"])
-    if ideal and status in (Status.NOT_FINITE, Status.UNRESOLVED):
-        thrust, thrust_rate = rows["state"][:, 18:20].T
-        status = nearest_singularity(thrust, thrust_rate, rows["focal_margin"], loop.interval) or status
+    if loop.is_ideal:
+        status = CODES[int(nearest_singularity(CODES.index(status), _breakdown(rows), loop.interval))]
     told = {each.name: rows.pop(each.name) for each in dataclasses.fields(AutopilotRows) if each.name in rows}
     record = FlightRecord(
         **rows,
@@ -133,9 +143,9 @@ def fly(
         law=law,
         truth=loop.truth,
         start=start,
-        reference=wanted,
-        yaw_reference=loop.guidance.yaw,
-        settled_within=settled_within,
+        reference=wanted.reference,
+        yaw_reference=wanted.yaw,
+        settled_within=wanted.settled_within,
         phases=tuple(phases[: len(parts)]),
         nominal=isinstance(loop, ClosedLoop)
         and loop.feedback == "continuous"
@@ -145,13 +155,18 @@ def fly(
     )
     if record.completed and record.nominal and not is_resolved(record):
         record = dataclasses.replace(record, status=Status.UNRESOLVED)
-    if throw and not record.completed:
-        raise FlightError(
-            f"the flight must reach {duration:g} s (got {record.status_time:.4g} s: {record.status.value}); "
-            "change the start, the poles or the speed",
-            record,
-        )
     return record
+
+
+def least_thrust(first: np.ndarray) -> np.ndarray:
+    """Return the thrusts [N] below which the law divides by rounding, of flights whose loops start with states (n, ...)."""
+    return np.asarray(SMALLEST_THRUST * first[18])
+
+
+def _breakdown(rows: dict[str, np.ndarray]) -> Breakdown:
+    """Return where a flight ended."""
+    (thrust, thrust_rate), focal = rows["state"][:, 18:20].T, rows["focal_margin"]
+    return Breakdown(thrust[-1], thrust_rate[-1], thrust.mean(), focal[-1], focal[max(len(focal) - 2, 0)], focal.mean())
 
 
 def _flown(
@@ -159,9 +174,10 @@ def _flown(
     first: np.ndarray,
     phases: Sequence[Phase],
     times: np.ndarray,
-    chance: tuple[int, int],
+    chance: Chance,
     watch: Watch,
     progress: Callable[[int, int], None] | None,
+    machine: str,
 ) -> list[dict[str, np.ndarray]]:
     """Return the rows of every phase that is reached; the last one has the row at the end, for whose sake one more step is taken."""
     parts, last, steps = list[dict[str, np.ndarray]](), first, len(times) - 1
@@ -173,8 +189,8 @@ def _flown(
             if progress is not None:
                 progress(min(row + done, steps), steps)
 
-        numbers: dict[str, Any] = {"seed": chance[0], "flight": chance[1], "first": phase.row}
-        drawn: Any = functools.partial(engine.trace, loop.step(), first, machine="casadi", **numbers)
+        numbers: dict[str, Any] = {**chance._asdict(), "first": phase.row, "machine": machine}
+        drawn: Any = functools.partial(engine.trace, loop.step(), first, **numbers)
         count = end - phase.row if watch.status is Status.COMPLETED else 0
         states, observations = drawn(count, stop=watch, progress=told, chunk=max(1, engine.CHUNK // loop.substeps))
         if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself
@@ -193,8 +209,7 @@ def prepared(
     reference: AnyReference,
     yaw: Yaw,
     conditions: Conditions,
-    seed: int = 0,
-    flight: int = 0,
+    chance: Chance = NO_CHANCE,
 ) -> tuple[ClosedLoop | AutopilotLoop, np.ndarray, int]:
     """Return the closed loop of a flight, its state at the start, and its intervals; nothing after this refuses the flight.
 
@@ -205,7 +220,7 @@ def prepared(
     _, _, steps = conditions.timing(law)
     x, parameter = law.start_vector(start)
     loop = conditions.loop(Guidance(law, reference.resolved(law.path, parameter), yaw))
-    first = loop.start(x, parameter, seed, flight)
+    first = loop.start(x, parameter, *chance)
     _require_finite(first)
     return loop, first, steps
 

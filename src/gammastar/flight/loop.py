@@ -17,7 +17,7 @@ from gammastar import engine
 from gammastar.flight.draws import Draws
 from gammastar.flight.integrator import Integrator
 from gammastar.flight.noise import SensorNoise, measured
-from gammastar.flight.rows import nearest_distances, normal_rows
+from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
 from gammastar.law import Law, Reference
 from gammastar.law.guidance import Decision, Guidance, Surroundings
@@ -60,17 +60,22 @@ class ClosedLoop:
         return self.guidance.reference
 
     @property
+    def is_ideal(self) -> bool:
+        """Return that the law acts by itself: the thrust is a state."""
+        return True
+
+    @property
     def pairs(self) -> tuple[int, ...]:
         """Return the pairs of random numbers that a step draws."""
         return () if self.noise is None else self.noise.pairs
 
     def step(self) -> engine.Step:
         """Return one interval; its core is built once for a path's kind, and the path's and the reference's numbers are looked up."""
-        core = engine.compiled(self._signature, self._core)
+        core = engine.compiled(self.signature, self._core)
         return engine.Step(core, lookups_of(self.guidance, PARAMETER, self.interval), self.pairs)
 
     @property
-    def _signature(self) -> tuple[Any, ...]:
+    def signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of `_core` as a constant."""
         timing = (self.integrator.name, self.feedback, self.interval, self.substeps)
         noise = None if self.noise is None else tuple(self.noise.deviations())
@@ -99,7 +104,7 @@ class ClosedLoop:
         law, waiting = self.law, self.guidance.starts_waiting(state, parameter)
         key = np.array([parameter if self.reference.over_progress else 0.0])
         inputs = np.concatenate([self.reference.pieces.data(key)[:, 0], law.place(parameter)[1:]])
-        decide = engine.compiled(("start", *self._signature[1:]), self._start_input)
+        decide = engine.compiled(("start", *self.signature[1:]), self._start_input)
         control = decide(state, parameter, waiting, inputs).full().ravel() if held is None else held
         return np.concatenate([state, [parameter, parameter], control, [waiting]])
 
@@ -129,6 +134,18 @@ class ClosedLoop:
             "free_fall_margin": state[:, 18] / self.truth.mass,
             "focal_margin": observations[:, -1],
         }
+
+    def row(self, loop_state: Any, observed: Any) -> RowGraph:
+        """Graph: return what is told of a row, from the loop state and its observation."""
+        end = observed.shape[0]
+        return RowGraph(
+            split(loop_state[:STATE_SIZE]),
+            observed[1:4],
+            loop_state[TRUE_PARAMETER],
+            observed[end - 3] > 0,
+            ca.SX(0),
+            observed[end - 1],
+        )
 
     def _start_input(self) -> Any:
         """Return the function (state, parameter, waiting, data of reference and path) -> input at time zero."""

@@ -27,6 +27,9 @@ class Status(enum.Enum):
     FREE_FALL = "thrust fell to zero: in free fall the attitude has no effect on the motion and the law is singular"
     FOCAL_POINT = "reached a focal point of the path, where the nearest point is not unique and the law is singular"
     UNRESOLVED = "moved too fast for the integration step: take a shorter one, slower poles or a higher control rate"
+    SINGULAR_START = (
+        "the law has no finite input at the start: no thrust, or no nearest point of the path that is unique"
+    )
     NOT_FINITE = "numbers left the finite range: the loop is unstable with this step, control rate or vehicle"
 
 

@@ -1,10 +1,24 @@
-"""From columns of a scan to rows of a record."""
+"""What a row of a flight tells, and from columns of a trace to rows of a record."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gammastar.path import ParametricPath, Path
+from gammastar.vehicle import StateGraph
+
+
+class RowGraph(NamedTuple):
+    """Graph: what is told of one row, of the true vehicle."""
+
+    state: StateGraph
+    torque: Any  # SX (3,) [N m], body
+    parameter: Any  # SX, of the point of the path truly nearest
+    waiting: Any  # SX, 1 while a target waits
+    given_up: Any  # SX, the most important thing that limits took, by its number in `AutopilotRows`
+    focal_margin: Any  # SX
 
 
 def normal_rows(path: Path, parameters: np.ndarray, transverse: np.ndarray) -> np.ndarray:

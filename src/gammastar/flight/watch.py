@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 
+from gammastar import engine
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -16,54 +19,91 @@ RESOLVED_SHARE = 0.01  # of its largest distance to the path, by which a resolve
 RESOLVED_ROWS = 400  # at about so many that is looked at, evenly spaced
 
 
-@dataclass
-class Watch:
-    """Looks at a scan as it goes, ends it before the first step that must not be kept, and says which criterion fired."""
-
-    step: float  # [s] of the integration
-    least_thrust: float  # [N] below it the law divides by rounding
-    status: Status = Status.COMPLETED
-
-    def __call__(self, after: np.ndarray, seen: np.ndarray) -> int | None:
-        """Return how many steps of a chunk come before the first bad one, or None."""
-        with np.errstate(invalid="ignore", over="ignore"):
-            fired = {
-                Status.NOT_FINITE: ~(np.isfinite(after).all(axis=0) & np.isfinite(seen).all(axis=0)),
-                Status.FREE_FALL: ~(after[STATE_SIZE - 2] > self.least_thrust),
-                Status.FOCAL_POINT: ~((seen[-1] > SMALLEST_FOCAL_MARGIN) | (seen[-3] > 0)),
-                Status.UNRESOLVED: turns_too_far(after[15:18], self.step),
-            }
-        bad = np.any(list(fired.values()), axis=0)
-        if not bad.any():
-            return None
-        first = int(bad.argmax())
-        self.status = next(status for status, where in fired.items() if where[first])
-        return first
+LARGEST = float(np.finfo(float).max)
+CODES = tuple(Status)  # by the numbers that graphs give them; zero goes on
 
 
-def turns_too_far(angular_velocity: np.ndarray, step: float) -> np.ndarray:
-    """Return whether body rates (3, ...) [rad/s] turn the attitude too far in one integration step [s]; NaN does."""
-    return np.asarray(~(np.linalg.norm(angular_velocity, axis=0) * step < LARGEST_TURN))
-
-
-def nearest_singularity(
-    thrust: np.ndarray, thrust_rate: np.ndarray, focal: np.ndarray, interval: float
-) -> Status | None:
-    """Return the singularity that explains a breakdown: the nearer one, if one is near in its usual size, or None.
+def status_code(after: Any, observed: Any, least_thrust: Any, step: float, is_ideal: bool) -> Any:
+    """Graph: return the number of the status with which a flight ends before a step that leads to a state and observes this.
 
     Args:
-        thrust: (n,) [N] over the flight.
-        thrust_rate: (n,) [N/s].
-        focal: (n,) focal margin.
+        after: SX (n,), state of the loop after the step; NaN and infinity are not kept.
+        observed: SX (k,), its observation; third from its end whether a target waits, at its end the focal margin.
+        least_thrust: SX [N]; below it the law divides by rounding.
+        step: [s] of the integration.
+        is_ideal: Whether the law acts by itself, so that the thrust is a state.
+    """
+    total = ca.sum1(after) + ca.sum1(observed)
+    fired = {
+        Status.NOT_FINITE: ca.logic_not(ca.fabs(total) <= LARGEST),
+        Status.FREE_FALL: ca.logic_not(after[STATE_SIZE - 2] > least_thrust) if is_ideal else 0,
+        Status.FOCAL_POINT: ca.logic_not(
+            ca.logic_or(observed[-1] > SMALLEST_FOCAL_MARGIN, observed[observed.shape[0] - 3] > 0)
+        ),
+        Status.UNRESOLVED: turns_too_far(after, step),
+    }
+    code = ca.SX(0)
+    for status, where in reversed(fired.items()):
+        code = ca.if_else(where, CODES.index(status), code)
+    return code
+
+
+def turns_too_far(state: Any, step: float) -> Any:
+    """Graph: return whether the body rates of a loop's state turn the attitude too far in one integration step [s]; NaN does."""
+    return ca.logic_not(ca.norm_2(state[15:18]) * step < LARGEST_TURN)
+
+
+@dataclass
+class Watch:
+    """Looks at a flight as it goes, ends it before the first step that must not be kept, and says which criterion fired."""
+
+    least_thrust: float  # [N]
+    step: float  # [s] of the integration
+    is_ideal: bool
+    status: Status = Status.COMPLETED
+
+    def __call__(self, after: np.ndarray, observed: np.ndarray) -> int | None:
+        """Return how many steps of a chunk come before the first bad one, or None."""
+        sizes = len(after), len(observed)
+        criteria = engine.compiled(("status", *sizes, self.step, self.is_ideal), lambda: self._criteria(*sizes))
+        codes = criteria(after, observed, self.least_thrust).full().ravel().astype(int)
+        if not codes.any():
+            return None
+        first = int((codes > 0).argmax())
+        self.status = CODES[codes[first]]
+        return first
+
+    def _criteria(self, size: int, width: int) -> Any:
+        after, observed, least = ca.SX.sym("after", size), ca.SX.sym("observed", width), ca.SX.sym("least")
+        code = status_code(after, observed, least, self.step, self.is_ideal)
+        return ca.Function("criteria", [after, observed, least], [code])
+
+
+class Breakdown(NamedTuple):
+    """Where a flight was when it broke down; numbers, or arrays over flights."""
+
+    thrust: Any  # [N] in its last row
+    thrust_rate: Any  # [N/s]
+    mean_thrust: Any  # [N] over the flight
+    focal: Any  # margin in its last row
+    focal_before: Any  # in the row before that, or in the last where there is one
+    mean_focal: Any
+
+
+def nearest_singularity(status: Any, at: Breakdown, interval: float) -> np.ndarray:
+    """Return the numbers of statuses, where breakdowns are explained by the nearer singularity, if one is near in its usual size.
+
+    Args:
+        status: Numbers of statuses; others than not finite and unresolved stay.
+        at: The breakdowns.
         interval: [s] between rows.
     """
-    before = focal[-2] if len(focal) > 1 else focal[-1]
-    nearness = {
-        Status.FOCAL_POINT: min(focal[-1], 2 * focal[-1] - before) / np.median(focal),
-        Status.FREE_FALL: min(thrust[-1], thrust[-1] + interval * thrust_rate[-1]) / np.median(thrust),
-    }
-    cause = min(nearness, key=lambda status: nearness[status])
-    return cause if nearness[cause] < NEAR else None
+    with np.errstate(all="ignore"):
+        focal = np.minimum(at.focal, 2 * at.focal - at.focal_before) / at.mean_focal
+        thrust = np.minimum(at.thrust, at.thrust + interval * at.thrust_rate) / at.mean_thrust
+    broke = np.isin(status, [CODES.index(Status.NOT_FINITE), CODES.index(Status.UNRESOLVED)])
+    cause = np.where(thrust < focal, CODES.index(Status.FREE_FALL), CODES.index(Status.FOCAL_POINT))
+    return np.where(broke & (np.fmin(thrust, focal) < NEAR), cause, status)
 
 
 def is_resolved(record: FlightRecord) -> bool:

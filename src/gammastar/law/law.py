@@ -79,14 +79,14 @@ class Law(Feedback):
         _, xi, eta, mu, _, _ = self._numbers(x, self.place(parameter))
         return np.array(xi), np.array(eta).ravel(), np.array(mu).ravel()
 
-    def start_vector(self, start: State) -> tuple[np.ndarray, float]:
-        """Return the stacked start (20,) with an open thrust filled in, and its path parameter.
+    def start_vector(self, start: State, parameter: float | None = None) -> tuple[np.ndarray, float]:
+        """Return the stacked start (20,) with an open thrust filled in, and its path parameter, searched for unless it is given.
 
         Raises:
             SingularStartError: The thrust is zero or negative, or the position is a focal point of the path.
         """
         x = start.vector(self.vehicle.weight)
-        parameter = self.path.start_parameter(x[:3])
+        parameter = self.path.start_parameter(x[:3]) if parameter is None else parameter
         if not x[18] > 0:
             raise SingularStartError(
                 f"thrust at the start must be positive (got {x[18]:.4g} N); in free fall the attitude has no "

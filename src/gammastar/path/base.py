@@ -106,8 +106,16 @@ class Path(ABC):
         """
 
     @abstractmethod
+    def distance(self, position: Any, place: Any, ends: tuple[Any, Any]) -> Any:
+        """Graph: return the distance [m] of a position to the nearest point, continued from a place, between two parameters."""
+
     def start_parameter(self, position: np.ndarray) -> float:
         """Return the parameter of the point nearest to a position (3,) [m], searched globally."""
+        return float(self.start_parameters(np.asarray(position, dtype=float)[None])[0])
+
+    @abstractmethod
+    def start_parameters(self, positions: np.ndarray) -> np.ndarray:
+        """Return the parameters (n,) of the points nearest to positions (n, 3) [m], searched globally, each for itself."""
 
     @abstractmethod
     def points(self, parameters: np.ndarray) -> np.ndarray:

@@ -86,8 +86,14 @@ class ParametricPath(Path):
         place = tangential[0] if data is None else ca.vertcat(tangential[0], data)
         return position_from_outputs(self.jet(place), transverse, tangential)
 
-    def start_parameter(self, position: np.ndarray) -> float:
-        """Return the parameter of the nearest point of all, searched by `gammastar.path.search`.
+    def distance(self, position: Any, place: Any, ends: tuple[Any, Any]) -> Any:
+        """Graph: return the distance [m] to the nearest point, continued from a place, between two parameters."""
+        place = ca.SX(place)
+        parameter = ca.fmin(ca.fmax(self.track(position, place), ends[0]), ends[1])
+        return ca.norm_2(position - self.jet(ca.vertcat(parameter, place[1:]), 1)[0])
+
+    def start_parameters(self, positions: np.ndarray) -> np.ndarray:
+        """Return the parameters (n,) of the nearest points of all, searched by `gammastar.path.search`.
 
         Raises:
             PathError: More places are equally near than can be looked at.
@@ -96,7 +102,7 @@ class ParametricPath(Path):
         def jets(parameters: np.ndarray) -> np.ndarray:
             return np.asarray(self.jets(parameters, 2)[:, :3])
 
-        return nearest_of_all(self.name, jets, np.asarray(position), self.domain, self.period is not None)[0]
+        return nearest_of_all(self.name, jets, positions, self.domain, self.period is not None)[0]
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) [m] at parameters (n,)."""

@@ -26,6 +26,7 @@ from gammastar.taylor import Series
 
 SEED_STEPS = 50  # Newton steps from the seed onto the path
 FOOT_STEPS = 8  # Newton steps from a position off the path to its foot
+NEAREST_STEPS = 2  # Newton steps from there to the nearest point, whatever its pi
 SOLVE_STEPS = 4  # Newton steps from a neighbouring solution
 
 
@@ -123,9 +124,23 @@ class ImplicitPath(Path):
             chi.append(ca.mtimes(inverse, missing))
         return Series(tuple(chi))
 
-    def start_parameter(self, position: np.ndarray) -> float:
-        """Return pi at a position: the coordinate function is the projection, Eq. (13)."""
-        return float(self._functions(*position)[2])
+    def distance(self, position: Any, place: Any, ends: tuple[Any, Any]) -> Any:
+        """Graph: return the distance [m] to the nearest point, by Newton steps from the point with the same pi; it has no ends.
+
+        The last step is not looked at again: the jet before it tells the point after it.
+        """
+        parameter, jet, ahead = self.track(position, place), self._sampler(2), ca.SX(0)
+        point = self.foot(position, parameter)
+        for _ in range(NEAREST_STEPS):
+            parameter = parameter + ahead
+            point, tangent, second = jet(parameter, point)
+            error = position - point
+            ahead = ca.dot(error, tangent) / (ca.dot(tangent, tangent) - ca.dot(error, second))
+        return ca.norm_2(error - tangent * ahead - second * ahead**2 / 2)
+
+    def start_parameters(self, positions: np.ndarray) -> np.ndarray:
+        """Return pi at positions (n, 3): the coordinate function is the projection, Eq. (13)."""
+        return np.array([float(self._functions(*position)[2]) for position in positions])
 
     def points(self, parameters: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) at parameters (n,), traced from the seed.

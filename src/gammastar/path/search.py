@@ -24,91 +24,133 @@ LEVELS = 60  # of splitting; then a cell is as narrow as rounding
 CANDIDATES = 64  # cells whose nearest points are polished
 DOUBLINGS = 24  # of the width of the search on an open curve
 
+BLOCK = 128  # positions that are searched together
+
 Jets = Callable[[np.ndarray], np.ndarray]
 
 
 def nearest_of_all(
-    name: str, jets: Jets, position: np.ndarray, domain: tuple[float, float], is_closed: bool
-) -> tuple[float, float]:
-    """Return the parameter of the point nearest to a position (3,) [m], and its distance [m].
+    name: str, jets: Jets, positions: np.ndarray, domain: tuple[float, float], is_closed: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parameters (n,) of the points nearest to positions (n, 3) [m], and their distances (n,) [m].
 
     On an open curve the stretch searched is doubled until its inner half holds the best point and the last doubling has
-    brought nothing nearer; a curve that comes back from farther off than that is not followed.
+    brought nothing nearer; a curve that comes back from farther off than that is not followed.  What is found for a position does not
+    depend on the others.
 
     Args:
         name: For messages.
         jets: Function of parameters (n,) to point and two derivatives (n, 3, 3).
-        position: (3,) [m], world.
+        positions: (n, 3) [m], world.
         domain: (2,) of the parameter; one period of a closed curve.
         is_closed: Whether the domain is all there is.
 
     Raises:
         PathError: More places are equally near than can be looked at, or there is no finite point.
     """
+    parameters, distances = np.full(len(positions), np.nan), np.full(len(positions), np.inf)
+    for begin in range(0, len(positions), BLOCK):
+        block = np.arange(begin, min(begin + BLOCK, len(positions)))
+        found = _nearest_of_block(name, jets, positions[block], domain, is_closed)
+        parameters[block], distances[block] = found
+    return parameters, distances
+
+
+def _nearest_of_block(
+    name: str, jets: Jets, positions: np.ndarray, domain: tuple[float, float], is_closed: bool
+) -> tuple[np.ndarray, np.ndarray]:
     low, high = domain
-    best = _searched(name, jets, position, [domain], (np.nan, np.inf))
-    for _ in range(0 if is_closed else DOUBLINGS):
-        half, before = (high - low) / 2, best[1]
-        best = _searched(name, jets, position, [(low - half, low), (high, high + half)], best)
-        low, high = low - half, high + half
-        if low + half <= best[0] <= high - half and not best[1] < before:
+    nothing = np.full(len(positions), np.nan), np.full(len(positions), np.inf)
+    parameters, distances = _searched(name, jets, positions, [domain], nothing)
+    open_ones = np.arange(0 if is_closed else len(positions))
+    for _ in range(DOUBLINGS):
+        if not open_ones.size:
             break
-    if not np.isfinite(best[1]):
+        half, before = (high - low) / 2, distances[open_ones]
+        known = parameters[open_ones], before
+        found = _searched(name, jets, positions[open_ones], [(low - half, low), (high, high + half)], known)
+        parameters[open_ones], distances[open_ones] = found
+        inside = (low <= found[0]) & (found[0] <= high)
+        low, high = low - half, high + half
+        open_ones = open_ones[~(inside & ~(found[1] < before))]
+    if not np.all(np.isfinite(distances)):
         raise PathError(f"{name} must have a point nearest to the start (got no finite point); check its numbers")
-    return best
+    return parameters, distances
 
 
 def _searched(
-    name: str, jets: Jets, position: np.ndarray, stretches: list[tuple[float, float]], best: tuple[float, float]
-) -> tuple[float, float]:
-    """Return parameter and distance of the nearest point on stretches of the curve, or the best known one if it is nearer."""
+    name: str,
+    jets: Jets,
+    positions: np.ndarray,
+    stretches: list[tuple[float, float]],
+    best: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return parameters and distances (n,) of the nearest points on stretches of the curve, or the best known ones if they are nearer."""
     edges = [np.linspace(low, high, CELLS + 1) for low, high in stretches]
     low, high = (np.concatenate([each[part] for each in edges]) for part in (slice(None, -1), slice(1, None)))
-    nearest, found = best[1], []
-    for _ in range(LEVELS):
+    owners = np.repeat(np.arange(len(positions)), len(low))
+    low, high, nearest, found = np.tile(low, len(positions)), np.tile(high, len(positions)), best[1].copy(), []
+    for level in range(LEVELS):
         if not low.size:
             break
-        distance, reach, bend = _measured(jets, position, low, high)
-        nearest = min(nearest, float(distance.min()))
-        is_near = distance - reach <= nearest
+        distance, reach, bend, holds = _measured(
+            jets, positions[owners], low, high, len(positions) if level == 0 else 1
+        )
+        np.minimum.at(nearest, owners, distance)
+        is_near = distance - reach <= nearest[owners]
         is_done = is_near & (bend <= BEND)
-        found.append(np.column_stack([low, high, distance, reach])[is_done])
+        found.append(np.column_stack([owners, low, high, distance, reach, holds])[is_done])
         is_split = is_near & ~is_done & (low < (low + high) / 2) & ((low + high) / 2 < high)
-        if is_split.sum() * PIECES > MOST_CELLS:
+        counts = np.bincount(owners[is_split], minlength=len(positions)) * PIECES
+        if counts.max() > MOST_CELLS:
             raise PathError(
-                f"the nearest point of {name} to {position.round(6).tolist()} must be searched among fewer than {MOST_CELLS} "
-                "places equally near (got more); start nearer to the path, or give it a domain that holds the start"
+                f"the nearest point of {name} to {positions[counts.argmax()].round(6).tolist()} must be searched among fewer than "
+                f"{MOST_CELLS} places equally near (got more); start nearer to the path, or give it a domain that holds the start"
             )
         cuts = np.linspace(low[is_split], high[is_split], PIECES + 1)
-        low, high = cuts[:-1].ravel(), cuts[1:].ravel()
-    cells = np.concatenate(found) if found else np.empty((0, 4))
-    cells = cells[cells[:, 2] - cells[:, 3] <= nearest]
-    low, high, _, _ = cells[np.argsort(cells[:, 2], kind="stable")[:CANDIDATES]].T
+        low, high, owners = cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(owners[is_split], PIECES)
+    cells = np.concatenate(found) if found else np.empty((0, 6))
+    cells = cells[cells[:, 3] - cells[:, 4] <= nearest[cells[:, 0].astype(int)]]
+    cells = cells[np.lexsort((cells[:, 3], cells[:, 0]))]
+    owners = cells[:, 0].astype(int)
+    ranks = np.arange(len(owners)) - np.searchsorted(owners, owners)
+    chosen = (ranks < CANDIDATES) & ((cells[:, 5] > 0) | (ranks == 0))
+    owners, (_, low, high, _, _, _) = owners[chosen], cells[chosen].T
+    parameters, distances = best[0].copy(), best[1].copy()
     if not low.size:
-        return best
-    places, distances = polished(np.tile(position, (len(low), 1)), (low + high) / 2, low, high, jets)
-    distances = np.where(np.isnan(distances), np.inf, distances)
-    first = int(np.argmin(distances))
-    return (float(places[first]), float(distances[first])) if distances[first] < best[1] else best
+        return parameters, distances
+    places, lengths = polished(positions[owners], (low + high) / 2, low, high, jets)
+    order = np.lexsort((np.where(np.isnan(lengths), np.inf, lengths), owners))
+    winners, first = np.unique(owners[order], return_index=True)
+    places, lengths = places[order][first], lengths[order][first]
+    better = lengths < distances[winners]
+    parameters[winners[better]], distances[winners[better]] = places[better], lengths[better]
+    return parameters, distances
 
 
-def _measured(jets: Jets, position: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return for cells (k,): the least distance of their samples, how much nearer they may come, and how much they turn.
+def _measured(
+    jets: Jets, positions: np.ndarray, low: np.ndarray, high: np.ndarray, copies: int
+) -> tuple[np.ndarray, ...]:
+    """Return for cells (k,): the least distance of their samples, how much nearer they may come, how much they turn, and a truth.
 
-    Samples without a finite jet count as infinitely far; a cell of such samples only is never near.
+    It tells whether the distance falls at their begin and grows at their end, as it does about a nearest point inside.
+    Samples without a finite jet count as infinitely far; a cell of such samples only is never near.  Cells that come again in so many
+    `copies` for as many positions are sampled once.
     """
-    places = low[:, None] + (high - low)[:, None] * SAMPLES
+    own = len(low) // copies
+    places = low[:own, None] + (high - low)[:own, None] * SAMPLES
     rows = jets(places.ravel())
     rows[~np.isfinite(rows).all(axis=(1, 2))] = np.nan
     point, first, second = np.moveaxis(rows.reshape(*places.shape, 3, 3), 2, 0)
+    width = (high - low)[:own]
     with np.errstate(all="ignore"):
-        distance = np.linalg.norm(point - position, axis=2)
+        offset = point - positions.reshape(copies, own, 1, 3)
+        distance = np.sqrt(np.sum(offset * offset, axis=3))
         speed, rate = np.linalg.norm(first, axis=2), np.linalg.norm(second, axis=2)
         distance = np.where(np.isnan(distance), np.inf, distance)
-        fastest, bend = np.fmax.reduce(speed, axis=1), np.fmax.reduce(rate / speed, axis=1) * (high - low)
-    reach = FASTER * fastest * (high - low) / (2 * (len(SAMPLES) - 1))
-    return (
-        distance.min(axis=1),
-        np.nan_to_num(reach, nan=0.0, posinf=np.inf),
-        np.nan_to_num(bend, nan=0.0, posinf=np.inf),
-    )
+        slopes = np.sum(offset[:, :, [0, -1]] * first[:, [0, -1]], axis=3)
+        holds = ~((slopes[:, :, 0] > 0) | (slopes[:, :, 1] < 0))
+        fastest, bend = np.fmax.reduce(speed, axis=1), np.fmax.reduce(rate / speed, axis=1) * width
+    reach = FASTER * fastest * width / (2 * (len(SAMPLES) - 1))
+    reach, bend = np.nan_to_num(reach, nan=0.0, posinf=np.inf), np.nan_to_num(bend, nan=0.0, posinf=np.inf)
+    return distance.min(axis=2).ravel(), np.tile(reach, copies), np.tile(bend, copies), holds.ravel()

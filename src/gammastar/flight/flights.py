@@ -1,0 +1,108 @@
+"""What many flights leave behind: a column a number, the counts and quantiles of all, and the whole record of any."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gammastar.checks import whole
+from gammastar.errors import InputError, SingularStartError
+from gammastar.flight.autopiloted import AutopilotLoop
+from gammastar.flight.fly import recorded
+from gammastar.flight.loop import ClosedLoop
+from gammastar.flight.phases import Phase
+from gammastar.flight.record import FlightRecord, Status
+from gammastar.flight.reductions import columns_of
+from gammastar.flight.summary import Summary
+from gammastar.flight.task import Chance, Task
+from gammastar.vehicle import State
+
+QUANTILES = {"min": 0.0, "5%": 0.05, "median": 0.5, "95%": 0.95, "max": 1.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Flights(Mapping[str, np.ndarray]):
+    """Columns (n,) by name, in the order of the starts; NaN where there is nothing to tell.  Made by `fly_many`."""
+
+    task: Task
+    starts: tuple[State, ...]
+    loops: tuple[ClosedLoop | AutopilotLoop | None, ...]  # None where a flight could not start
+    numbers: np.ndarray  # (n,) of the flights, with which their noise goes
+    seed: int
+    steps: int
+    flown: np.ndarray  # places of those that started
+    firsts: np.ndarray  # (m, flown) states of the loop at their starts
+    final: np.ndarray  # (1 + k, n) numbers of the statuses, and the measures at the end
+    engine: str
+    records: dict[int, FlightRecord] = field(default_factory=dict)  # those asked for, by place
+
+    @functools.cached_property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns (n,) by name, with units."""
+        count, columns = len(self.starts), {"flight": self.numbers}
+        if not self.flown.size:
+            return columns | {"status": np.full(count, Status.SINGULAR_START.name.lower())}
+        loop = self.loops[self.flown[0]]
+        assert loop is not None
+        return columns | columns_of(loop, self.final)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a column (n,)."""
+        return self.columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Go over the names of the columns."""
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        """Return how many columns there are."""
+        return len(self.columns)
+
+    def summary(self) -> Summary:
+        """Return how many flights ended how, and the quantiles of every number over the flights that tell it."""
+        names, counts = np.unique(self["status"], return_counts=True)
+        settled = int(
+            np.isfinite(self.columns.get("settling_time_s", np.empty(0))[self["status"] == "completed"]).sum()
+        )
+        values: dict[str, Any] = {
+            "flights": len(self.starts),
+            "status": dict(zip(names.tolist(), counts.tolist(), strict=True)),
+            "settled": settled,
+        }
+        for name, column in self.columns.items():
+            told = column[np.isfinite(column)] if column.dtype.kind == "f" else np.empty(0)
+            if told.size:
+                found = np.quantile(told, list(QUANTILES.values())).tolist()
+                values[name] = dict(zip(QUANTILES, found, strict=True))
+        return Summary(values)
+
+    def record(self, place: int) -> FlightRecord:
+        """Return the whole record of a flight by its place: it is flown again alone, on the same machine, with the same numbers.
+
+        Raises:
+            InputError: There is no such flight.
+            SingularStartError: It could not start.
+        """
+        place = whole(place, "place of a flight")
+        if place >= len(self.starts):
+            raise InputError(
+                f"place of a flight must be below their number {len(self.starts)} (got {place}); count from zero"
+            )
+        if place in self.records:
+            return self.records[place]
+        loop = self.loops[place]
+        if loop is None:
+            raise SingularStartError(
+                f"a flight that is recorded must have started (got place {place}, whose law has no finite input at the start); "
+                "take another one",
+                {},
+            )
+        first = self.firsts[:, np.searchsorted(self.flown, place)]
+        phases = [Phase(0, self.task.law, self.task.reference)]
+        chance = Chance(self.seed, int(self.numbers[place]))
+        given = self.task, self.starts[place], loop, first, self.steps, phases, chance
+        return recorded(*given, machine=self.engine)

@@ -1,0 +1,159 @@
+"""Many flights of one law at once: what is worth knowing of each is computed while it flies, and any of them can be seen whole."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from gammastar import engine as engines
+from gammastar.checks import instance, shortened, whole
+from gammastar.errors import InputError, SingularStartError
+from gammastar.flight.autopiloted import AutopilotLoop
+from gammastar.flight.conditions import Conditions
+from gammastar.flight.flights import Flights
+from gammastar.flight.fly import least_thrust
+from gammastar.flight.loop import ClosedLoop
+from gammastar.flight.noise import SensorNoise
+from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
+from gammastar.flight.sensors import Sensors
+from gammastar.flight.task import Chance, Task, task
+from gammastar.flight.wind import Wind
+from gammastar.law import AnyReference, Heading, Law, Reference, Speed
+from gammastar.law.guidance import Guidance
+from gammastar.vehicle import State, Vehicle
+
+
+def fly_many(
+    law: Law,
+    starts: Sequence[State],
+    *,
+    speed: float | None = None,
+    reference: AnyReference | None = None,
+    duration: float = 20.0,
+    step: float = 1e-3,
+    feedback: str | None = None,
+    rate: float | None = None,
+    integrator: str = "rkmk4",
+    truth: Vehicle | None = None,
+    noise: SensorNoise | None = None,
+    sensors: Sensors | None = None,
+    wind: Wind | None = None,
+    seed: int = 0,
+    flights: Sequence[int] | None = None,
+    yaw_reference: float = 0.0,
+    heading: Heading | None = None,
+    settled_within: float = 1e-3,
+    engine: str = "auto",
+    workers: int | None = None,
+    record: Iterable[int] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> Flights:
+    """Fly a law from many starts and return what is worth knowing of every flight; arguments that are not listed are those of `fly`.
+
+    Memory does not grow with the length of the flights.  What becomes of a flight depends on its start and its number, not on the others;
+    one that cannot start is told as such, and raises nothing.  The path stays the same: replacements are flown by `fly`.
+
+    Args:
+        law: From `design`.
+        starts: One a flight.
+        seed: Of noise, sensors and gusts of all flights.
+        flights: Numbers of the flights, with which their noise goes; counted from zero when left out.
+        engine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
+            'auto' is native where a compiler answers.
+        workers: Threads; one for every processor when left out.
+        record: Places in the result of flights that are to be recorded whole as well; `Flights.record` does so later.
+        progress: Called with (steps done, steps in all), over all flights.
+
+    Raises:
+        InputError: The arguments do not fit together.
+    """
+    if isinstance(starts, State) or not isinstance(starts, Iterable):
+        raise InputError(f"starts must be a list (got {shortened(starts)}); write [gs.State(position), ...]")
+    begun = list(starts)
+    for start in begun:
+        instance(start, State, "each of the starts", "make one with gs.State(position)")
+    numbers = (
+        np.arange(len(begun)) if flights is None else np.array([whole(each, "each of the flights") for each in flights])
+    )
+    if len(numbers) != len(begun):
+        raise InputError(f"flights must be one number a start (got {len(numbers)} for {len(begun)}); give as many")
+    kept = [whole(place, "each place to record") for place in record]
+    if any(place >= len(begun) for place in kept):
+        raise InputError(
+            f"places to record must be below the number of flights {len(begun)} (got {max(kept)}); count from zero"
+        )
+    wanted = task(law, speed, reference, yaw_reference, heading, settled_within)
+    conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
+    _, _, steps = conditions.timing(law)
+    loops, firsts = _begun(wanted, begun, conditions, whole(seed, "seed"), numbers)
+    flown = np.array([place for place, loop in enumerate(loops) if loop is not None], dtype=int)
+    final = np.tile(NEVER[:, None], len(begun))
+    if flown.size:
+        together, given = _together([loops[place] for place in flown], wanted, firsts, steps)
+        total = len(flown) * (steps + 1)
+        ended = engines.run(
+            together,
+            np.vstack([firsts, np.tile(FIRST[:, None], len(flown))]),
+            steps + 1,  # the row at the end is told by one more
+            seed=seed,
+            flights=numbers[flown],
+            parameters=given,
+            machine=engine,
+            workers=workers,
+            progress=None if progress is None else lambda done: progress(done, total),
+        )
+        final[:, flown] = ended[len(firsts) :]
+    result = Flights(wanted, tuple(begun), tuple(loops), numbers, seed, steps, flown, firsts, final, engine)
+    result.records.update((place, result.record(place)) for place in kept)
+    return result
+
+
+def _begun(
+    wanted: Task, starts: list[State], conditions: Conditions, seed: int, numbers: np.ndarray
+) -> tuple[list[ClosedLoop | AutopilotLoop | None], np.ndarray]:
+    """Return the loop of every flight, None where it cannot start, and the states (n, flights) of the others at their starts."""
+    law, known = wanted.law, dict[str, Any]()
+    positions = np.array([start.position for start in starts], dtype=float).reshape(-1, 3)
+    loops, firsts = list[ClosedLoop | AutopilotLoop | None](), []
+    for start, number, parameter in zip(starts, numbers, law.path.start_parameters(positions).tolist(), strict=True):
+        try:
+            state, parameter = law.start_vector(start, parameter)
+        except SingularStartError:
+            loops.append(None)
+            continue
+        fixed = _resolved(wanted, parameter, known)
+        guidance = Guidance(law, fixed, wanted.yaw)
+        loop = known["loop"].guided(guidance) if "loop" in known else conditions.loop(guidance)
+        known["loop"] = loop
+        first = loop.start(state, parameter, *Chance(seed, int(number)))
+        loops.append(loop if np.all(np.isfinite(first)) else None)
+        if loops[-1] is not None:
+            firsts.append(first)
+    return loops, np.array(firsts).T if firsts else np.empty((0, 0))
+
+
+def _resolved(wanted: Task, parameter: float, known: dict[str, Any]) -> Reference:
+    """Return the reference of a flight from a parameter; a speed that leaves the place free is the same for all."""
+    shared: Reference | None = known.get("reference")
+    if shared is not None:
+        return shared
+    fixed = wanted.reference.resolved(wanted.law.path, parameter)
+    if isinstance(wanted.reference, Speed) and not fixed.holds_position:
+        known["reference"] = fixed
+    return fixed
+
+
+def _together(loops: list[Any], wanted: Task, firsts: np.ndarray, steps: int) -> tuple[engines.Step, np.ndarray]:
+    """Return the step that all flights take, with a table of the reference for each where they differ, and its parameters (5, flights)."""
+    step, references = reduced(loops[0]), [loop.reference for loop in loops]
+    if any(each is not references[0] for each in references):
+        tables = [each.lookup.table for each in references]
+        lookup = step.lookups[0]._replace(table=tables)
+        step = dataclasses.replace(step, lookups=(lookup, *step.lookups[1:]))
+    late = LATE * (steps * loops[0].interval)
+    ends = wanted.law.path.ends or (-np.inf, np.inf)
+    given = Parameters(least_thrust(firsts), late, wanted.settled_within, *ends)
+    return step, np.vstack(np.broadcast_arrays(*given))
