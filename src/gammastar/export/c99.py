@@ -57,8 +57,8 @@ WRAPPED = """    /* Whole periods are counted apart, so that the parameter keeps
         if (state->laps > INT32_MIN) state->laps--;
     }}"""
 AXES = {
-    "ned": "World axes: third one down, such as north, east, down.  Body axes: forward, right, down.",
-    "enu": "World axes: third one up, such as east, north, up.  Body axes: forward, left, up.",
+    "ned": "World axes: third one down, such as north, east, down; body axes: forward, right, down.",
+    "enu": "World axes: third one up, such as east, north, up; body axes: forward, left, up.",
 }
 
 
@@ -122,7 +122,7 @@ def placeholders(program: Program) -> dict[str, str]:
         "memory": str(pilot.size),
         "memory_names": ", ".join(f"{key} {size}" if size > 1 else key for key, size in pilot.sizes.items() if size),
         "commands": str(len(commands)),
-        "command_names": ", ".join(commands),
+        "command_names": "speeds of the rotors [rad/s]" if "rotor" in commands[0] else ", ".join(commands),
         "input_names": inputs,
         "parameter": _range(program),
         "years": _duration(COUNTS * pilot.interval),

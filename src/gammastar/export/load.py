@@ -84,13 +84,14 @@ def loaded(program: Program) -> Compiled:
     Raises:
         CompilerError: No compiler answers.
     """
-    files = sources(program)
-    order = sorted(
-        files,
-        key=lambda name: (name.endswith(".c"), "_tables" not in name if name.endswith(".c") else "_tables" in name),
-    )
-    text = "\n".join(LOCAL_INCLUDE.sub("", files[name]) for name in order)
-    made = library(compiler(), f"#pragma GCC visibility push(default)\n{text}")
+    made = library(compiler(), f"#pragma GCC visibility push(default)\n{single_file(program)}")
     for name in ("start", "step"):
         getattr(made, f"{program.name}_{name}").restype = None
     return Compiled(program, made, structures(program))
+
+
+def single_file(program: Program) -> str:
+    """Return the C of a program as one text."""
+    files = sources(program)
+    order = [f"{program.name}{ending}" for ending in (".h", "_tables.h", "_tables.c", ".c")]
+    return "\n".join(LOCAL_INCLUDE.sub("", files[name]) for name in order if name in files)

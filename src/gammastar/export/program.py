@@ -120,7 +120,7 @@ class Program:
         """Return what the numbers of a command are, with units."""
         pilot = self.autopilot
         if isinstance(pilot.actuation, RotorSpeeds):
-            return [f"speed of rotor {k} [rad/s]" for k in range(pilot.actuation.command_size)]
+            return [f"speed of rotor {k + 1} [rad/s]" for k in range(pilot.actuation.command_size)]
         if pilot.law.interface == "rates":
             return ["thrust [N]", *(f"rate about body axis {axis} [rad/s]" for axis in "xyz")]
         return ["thrust [N]", *(f"torque about body axis {axis} [N m]" for axis in "xyz")]
