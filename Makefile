@@ -6,12 +6,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 INSTALLING := $(VENV)/.installing
+ARM_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 
 .DEFAULT_GOAL := help
-.PHONY: help install fly test check docs bench
+.PHONY: help install fly test check docs bench arm arm-tools
 
 help: ## print the verbs
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo 'PYTHON=... chooses the interpreter of a new $(VENV), WORKERS=... the number of test processes.'
 
 install: $(INSTALLED) ## create .venv with gammastar and every extra; again when pyproject.toml has changed
@@ -49,3 +50,13 @@ bench: install ## run every script in benchmarks/
 		echo "== $$script"; \
 		$(BIN)/python "$$script" || exit 1; \
 	done
+
+arm: install ## count the instructions of an exported mission on an emulated Cortex-M4F
+	@$(BIN)/python benchmarks/cortex_m4.py
+
+arm-tools: ## install the compiler and the emulator that arm needs, as root on Debian; elsewhere say what to install
+	@for tool in arm-none-eabi-gcc qemu-system-arm; do command -v $$tool >/dev/null || missing=1; done; \
+	if [ -z "$$missing" ]; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && timeout 100 apt-get -qq update >/dev/null 2>&1 && \
+		DEBIAN_FRONTEND=noninteractive apt-get -qq install --no-install-recommends --yes $(ARM_PACKAGES) >/dev/null 2>&1; \
+	then echo 'installed $(ARM_PACKAGES)'; else echo 'not installed: $(ARM_PACKAGES); arm is skipped without them'; fi

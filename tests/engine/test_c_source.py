@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 
 import casadi as ca
@@ -12,7 +13,7 @@ from engine import steps
 from gammastar import engine
 from gammastar.engine import c_source as module
 from gammastar.engine.c_source import c_source
-from gammastar.engine.compiler import compiler
+from gammastar.engine.compiler import compiler, library
 from gammastar.engine.native import Native
 from gammastar.engine.tape import OPERATIONS
 from gammastar.errors import InputError
@@ -132,6 +133,24 @@ def test_functions_in_lanes_are_right_to_a_relative_1e_15(name: str) -> None:
     exact = function(x.astype(np.longdouble))
     x, exact = x[exact != 0], exact[exact != 0]
     assert np.abs((computed(x, x)[name] - exact) / exact).max() < 1e-15
+
+
+@steps.needs_compiler
+def test_sines_of_floats_are_right_to_1e_7(tmp_path) -> None:
+    """Up to 8000 rad; beyond, they stay numbers between -1 and 1, and NaN where the angle is none."""
+    x = ca.SX.sym("x")
+    tape = engine.tape_of(ca.Function("f", [x], [ca.vertcat(ca.sin(x), ca.cos(x))]))
+    exported = '\n__attribute__((visibility("default")))\nvoid circle('
+    made = library(compiler(), c_source(tape, "circle", "float").replace("void circle(", exported.strip("\n")))
+    angles = np.concatenate([drawn(-6, 3.9, 4000), np.arange(-200, 200) * (np.pi / 4), drawn(5, 38, 400)])
+    angles = np.append(angles, [np.nan, np.inf]).astype(np.float32)
+    pairs = np.empty((len(angles), 2), np.float32)
+    for angle, pair in zip(angles, pairs, strict=True):
+        made.circle(ctypes.byref(ctypes.c_float(angle)), pair.ctypes.data_as(ctypes.c_void_p))
+    exact = np.column_stack([np.sin(angles[:-2].astype(float)), np.cos(angles[:-2].astype(float))])
+    assert np.abs(pairs[:4400] - exact[:4400]).max() < 1e-7
+    assert np.abs(pairs[:-2]).max() <= 1
+    assert np.isnan(pairs[-2:]).all()
 
 
 @steps.needs_compiler

@@ -150,13 +150,19 @@ class _Planner:
 
     def _level(self, path: Path, values: list[int], items: list[Item]) -> list[Item]:
         """Return the items of one level, of values in their order; choices wait, so that those of one condition are made together."""
-        waiting = dict[int, list[int]]()
+        waiting, of_condition = dict[int, list[int]](), dict[int, list[int]]()
+        for k in values:
+            if k in self.choices and self._branches(k):
+                of_condition.setdefault(self.choices[k].condition, []).append(k)
 
         def make(condition: int) -> None:
             if choices := waiting.pop(condition, None):
-                self._branch(path, choices, items)
+                later = [k for k in of_condition[condition] if k > choices[-1] and k not in self.home]
+                self._branch(path, [*choices, *(k for k in later if self._is_ready(k, len(path)))], items)
 
         for k in values:
+            if k in self.home:
+                continue
             inside = self._inside(k, len(path)) if k in self.choices and self._branches(k) else []
             for value in (k, *inside):
                 for needed, _ in self._needs(value):
@@ -171,6 +177,12 @@ class _Planner:
         for condition in list(waiting):
             make(condition)
         return items
+
+    def _is_ready(self, choice: int, depth: int) -> bool:
+        """Return whether all that a choice needs of this level and those around it is made."""
+        inside = self._inside(choice, depth)
+        needed = {value for each in (choice, *inside) for value, _ in self._needs(each)}
+        return needed.difference(inside) <= self.home.keys()
 
     def _inside(self, choice: int, depth: int) -> list[int]:
         """Return the values that a choice needs in deeper levels and that are not made yet, in their order."""

@@ -36,7 +36,7 @@ PATTERNS = OPERATORS | COMPARISONS
 CONNECTIVES = {"not": "negated({s})", "and": "both({s}, {t})", "or": "either({s}, {t})"}
 TRUTHS = {*COMPARISONS, *CONNECTIVES}
 ONE_COMPARISON = {"fmin": "lesser", "fmax": "greater"}  # what writes them where one operand is never NaN
-KEEPING = ("neg", "fabs", "sq", "twice", "sign", "floor", "ceil", "if_else_zero")  # never NaN of what never is
+KEEPING = ("neg", "fabs", "sq", "twice", "sign", "floor", "ceil")  # never NaN of what never is
 OWN = ("if_else_zero", "fmin", "fmax", "sign")  # written by us for one lane too
 IN_LANES = (
     *(*OWN, "fabs", "copysign", "sqrt", "floor", "ceil"),
@@ -47,6 +47,7 @@ LIBRARY = (
     *("exp", "expm1", "log", "log1p", "pow", "hypot", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
 )
 OWN_LINE = re.compile(r"static inline \w+ (\w+)\(")
+CIRCULAR = {"sin", "cos"}  # in float written by us
 OF_TWO = ("copysign", "fmod", "atan2", "pow", "hypot")
 
 
@@ -109,11 +110,12 @@ def _head(operations: Iterable[str], real: str, lanes: int, body: str) -> str:
     names = sorted({"pow" if each == "constpow" else each for each in operations})
     if lanes == 1:
         suffix = "f" if real == "float" else ""
-        taken = [f"#define real_{name} {name}{suffix}" for name in names if name in LIBRARY]
+        circular = real == "float" and not CIRCULAR.isdisjoint(names)
+        library = [name for name in names if name in LIBRARY and not (circular and name in CIRCULAR)]
+        taken = [f"#define real_{name} {name}{suffix}" for name in library]
         used = set(re.findall(r"\w+(?=\()", body))
-        own = [
-            line for line in part("scalar.h").splitlines() if not (found := OWN_LINE.match(line)) or found[1] in used
-        ]
+        lines = (part("scalar.h") + part("circular.h") * circular).splitlines()
+        own = [line for line in lines if not (found := OWN_LINE.match(line)) or found[1] in used]
         return "\n".join([f"typedef {real} real;", *own, *taken, "", ""])
     head = [f"#define LANES {lanes}", "typedef double real __attribute__((vector_size(8 * LANES)));", part("lanes.h")]
     missing = [name for name in names if name in LIBRARY and name not in IN_LANES]
@@ -149,12 +151,14 @@ def _is_inverted(divisor: float) -> bool:
     return 1e-290 < abs(divisor) < 1e290 and abs(math.frexp(divisor)[0]) != 0.5
 
 
-def _never_nan(tape: Tape) -> set[int]:
+def _never_nan(tape: Tape, choices: Mapping[int, Choice]) -> set[int]:
     """Return values that are not NaN whatever the arguments are."""
     found = set[int]()
     for k, (name, inputs, constant) in enumerate(tape.instructions):
         if name == CONSTANT:
             known = not math.isnan(constant)
+        elif (choice := choices.get(k)) is not None:
+            known = found.issuperset(side for side in (choice.first, choice.second) if side is not None)
         elif name in ONE_COMPARISON:
             known = not found.isdisjoint(inputs)
         else:
@@ -171,7 +175,7 @@ class _Writer:
         self.instructions, self.suffix, self.choices = tape.instructions, "f" if real == "float" else "", choices
         uses = collections.Counter(each.inputs[1] for each in tape.instructions if each.operation == "div")
         several = {value for value, count in uses.items() if count > 1 and value not in tape.constants}
-        self.numbers = _never_nan(tape) if lanes == 1 else set[int]()
+        self.numbers = _never_nan(tape, choices) if lanes == 1 else set[int]()
         self.divisors = several | {v for v in uses if _is_inverted(tape.constants.get(v, 0.0))} if lanes > 1 else set()
 
     def line(self, value: int) -> str:

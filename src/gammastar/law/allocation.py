@@ -69,7 +69,8 @@ def allocate(
     """
     own = _independent(rotors.mixer)
     basis = np.linalg.inv(rotors.mixer[:, own])
-    columns, (lifting, _, _, yawing) = without_dust(basis @ rotors.mixer), (basis / np.linalg.norm(basis, axis=0)).T
+    columns = without_dust(basis @ rotors.mixer)
+    lifting, _, _, yawing = without_dust(basis / np.linalg.norm(basis, axis=0)).T
     middle, half = (highest + lowest) / 2, ca.fmax(highest - lowest, 0) / 2
     tilt, slope = ca.mtimes(ca.DM(basis[:, 1:3]), base[1:3]), ca.mtimes(ca.DM(basis), direction)
     rest = ca.mtimes(ca.DM(basis[:, [0, 3]]), base[[0, 3]]) - ca.mtimes(ca.DM(columns), middle)
@@ -81,8 +82,7 @@ def allocate(
         here, fixed = offset + slope * usual, ca.DM(normals(columns, given_up))
         widths = radius(fixed, ca.DM(columns), half) + ca.fabs(ca.mtimes(fixed, slope)) * freedom
         first = interval(fixed, widths, here, change)
-        second = interval(*slabs_across(way, columns, half, given_up), here, change)
-        return clipped(value, (ca.fmax(first[0], second[0]), ca.fmin(first[1], second[1])))
+        return clipped(value, interval(*slabs_across(way, columns, half, given_up), here, change, first))
 
     scale = clipped(cut(1, rest, tilt, (lifting, yawing)), (0, 1))
     rest = rest + scale * tilt

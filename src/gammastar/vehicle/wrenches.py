@@ -9,7 +9,6 @@ the normals are those to that direction and one column fewer.
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from typing import Any
@@ -64,7 +63,9 @@ def slabs_across(
     return slab_normals, ca.vertcat(*(width(k) for k in range(len(fixed))))
 
 
-def interval(slab_normals: Any, radius: Any, offset: Any, slope: Any) -> tuple[Any, Any]:
+def interval(
+    slab_normals: Any, radius: Any, offset: Any, slope: Any, within: tuple[Any, Any] = (-UNBOUNDED, UNBOUNDED)
+) -> tuple[Any, Any]:
     """Graph: return least and greatest x with offset + slope x inside every slab; the least is the greater one when there is none.
 
     Args:
@@ -72,13 +73,18 @@ def interval(slab_normals: Any, radius: Any, offset: Any, slope: Any) -> tuple[A
         radius: SX (k,), half the width of each slab in units of its normal.
         offset: SX (4,) from the middle of the set.
         slope: SX (4,); slabs along it say nothing about x.
+        within: Ends that x has already.
     """
     here, change = ca.mtimes(slab_normals, offset), ca.mtimes(slab_normals, slope)
     counts = change**2 > SMALL**2 * ca.sumsqr(slope)
-    inverse = ca.if_else(counts, 1 / change, 0)  # infinite where it is not chosen
-    middle, reach = -here * inverse, radius * ca.fabs(inverse) + ca.if_else(counts, 0, UNBOUNDED)
-    least, most = (ca.vertsplit(ca.SX(ends)) for ends in (middle - reach, middle + reach))
-    return functools.reduce(ca.fmax, least, ca.SX(-UNBOUNDED)), functools.reduce(ca.fmin, most, ca.SX(UNBOUNDED))
+    least, most = (ca.SX(end) for end in within)
+    for k in range(change.numel()):
+        middle, reach = -here[k] / change[k], radius[k] / ca.fabs(change[k])  # infinite where they do not count
+        least, most = (
+            ca.if_else(counts[k], ca.fmax(least, middle - reach), least),
+            ca.if_else(counts[k], ca.fmin(most, middle + reach), most),
+        )
+    return least, most
 
 
 def radius(slab_normals: Any, columns: Any, half: Any) -> Any:

@@ -19,11 +19,11 @@
 #define TOLD @told_size@
 #define LARGEST @largest@
 
-/* Whether all numbers are finite. */
+/* Whether all numbers are finite: zero times a number is zero, unless it is infinite or NaN. */
 static int all_finite(const real *numbers, uint32_t count) {
-    for (uint32_t k = 0; k < count; k++)
-        if (!(numbers[k] >= -LARGEST && numbers[k] <= LARGEST)) return 0;
-    return 1;
+    real sum = 0;
+    for (uint32_t k = 0; k < count; k++) sum += 0 * numbers[k];
+    return sum == 0;
 }
 
 /* The measurement as one array; what a channel has measured is told by sevenths. */
