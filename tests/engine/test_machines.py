@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import tracemalloc
 
 import casadi as ca
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from engine import steps
 from gammastar import engine
-from gammastar.engine import machines
+from gammastar.engine import machines, virtual
 from gammastar.errors import CompilerError, InputError, MachineWarning, ShapeError, UnknownNameError
 from gammastar.lookup import Lookup
 
@@ -20,8 +21,9 @@ HOW = {"seed": 3, "parameters": [0.003]}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_machines_agree_and_a_trace_is_the_flight(name: str) -> None:
-    """Each state of a trace follows from the one before; its end is that of `run` to the last bit."""
+def test_machines_agree_and_a_trace_is_the_flight(name: str, monkeypatch) -> None:
+    """Each state of a trace follows from the one before; its end is that of `run` to the last bit, however both are cut."""
+    monkeypatch.setattr(virtual, "CHUNK", 64)
     step, starts = steps.noisy(), steps.noisy_starts(7)
     ends = engine.run(step, starts, SHORT, machine=name, **HOW)
     assert np.allclose(ends, engine.run(step, starts, SHORT, machine="casadi", **HOW), rtol=1e-12, atol=1e-12)
@@ -93,6 +95,18 @@ def test_progress_counts_up_to_the_end(name: str) -> None:
     told.clear()
     engine.trace(steps.tiny(1.0), [0.0], 20, machine=name, chunk=8, progress=told.append)
     assert told == [8, 16, 20]
+
+
+@pytest.mark.parametrize("name", ["casadi", pytest.param("native", marks=steps.needs_compiler)])
+def test_memory_does_not_grow_with_the_steps(name: str) -> None:
+    """One number a step would be 400 kB more; what is not collected yet is less."""
+    most = []
+    for count in (1000, 6000):
+        tracemalloc.start()
+        engine.run(steps.tiny(1.0), np.zeros((1, 9)), count, machine=name)
+        most.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert most[1] < most[0] + 100_000
 
 
 def test_a_trace_ends_where_it_is_told_to() -> None:
