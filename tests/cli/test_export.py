@@ -40,6 +40,15 @@ def test_an_earlier_export_is_replaced_and_nothing_of_it_stays(
     assert (out / "upright.c").read_text() != before
 
 
+def test_the_current_folder_stays_the_current_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        exported(capsys, Path("."))
+        assert Path("upright.c").exists()
+
+
 def test_what_is_not_an_export_is_left_alone(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "mine.c").write_text("int x;")
     assert "which holds mine.c" in exported(capsys, tmp_path, code=2)
@@ -51,8 +60,9 @@ def test_what_is_not_an_export_is_left_alone(capsys: pytest.CaptureFixture[str],
     assert 'got ""' in exported(capsys, Path("/"), "--out", "", code=2)
 
 
+@pytest.mark.parametrize("name", ["upright.h", "upright.c", place.FACTS])
 def test_a_folder_that_cannot_be_written_whole_is_not_written(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
     exported(capsys, out)
@@ -60,7 +70,7 @@ def test_a_folder_that_cannot_be_written_whole_is_not_written(
     replace = place.os.replace
 
     def fails(source: Path, target: Path) -> None:
-        if Path(source).name == "made":
+        if (Path(source).parent.name, Path(source).name) == ("made", name):
             raise OSError(28, "No space left on device")
         replace(source, target)
 

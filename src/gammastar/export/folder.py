@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -68,22 +67,29 @@ def write(folder: Path, files: Mapping[str, str], facts: Mapping[str, Any]) -> N
     Raises:
         OSError: The folder cannot be written.
     """
-    above = folder.absolute().parent
-    above.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".gammastar-", dir=above) as workbench:
+    texts = {**files, FACTS: json.dumps(facts, indent=2) + "\n"}
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    with tempfile.TemporaryDirectory(prefix=".gammastar-", dir=existing) as workbench:
         made, before = Path(workbench, "made"), Path(workbench, "before")
         made.mkdir()
-        for name, text in {**files, FACTS: json.dumps(facts, indent=2) + "\n"}.items():
+        before.mkdir()
+        for name, text in texts.items():
             (made / name).write_text(text, encoding="utf-8", newline="\n")
-        if folder.exists():
-            os.replace(folder, before)
-        try:
+        if existing != folder:
+            folder.parent.mkdir(parents=True, exist_ok=True)
             os.replace(made, folder)
+            return
+        old = [place.name for place in folder.iterdir() if place.is_file()]
+        try:
+            for source, target, names in ((folder, before, old), (made, folder, list(texts))):
+                for name in names:
+                    os.replace(source / name, target / name)
         except BaseException:
-            if before.exists():
-                os.replace(before, folder)
+            for name in texts.keys() - {place.name for place in made.iterdir()}:
+                (folder / name).unlink()
+            for place in before.iterdir():
+                place.rename(folder / place.name)
             raise
-        shutil.rmtree(before, ignore_errors=True)
 
 
 def _earlier(folder: Path) -> set[str]:
