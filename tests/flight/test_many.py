@@ -36,7 +36,11 @@ def case(kind: str) -> tuple[gs.Law, tuple[gs.State, ...], dict[str, Any]]:
     if kind == "implicit":
         return gs.design(PLAIN, implicit, POLES), NEAR, quick
     if kind == "stop":
-        return gs.design(PLAIN, COURSE, POLES), (gs.State((1, 0, -2)), gs.State((3, 3, -2))), quick
+        return (
+            gs.design(PLAIN, COURSE, POLES),
+            (gs.State((1, 0, -2)), gs.State((3, 3, -2)), gs.State((0, 10, -1))),
+            quick,
+        )
     if kind == "noise":
         noise = gs.SensorNoise((0.01, 0, 0.01), (0, 0, 0.02))
         return gs.design(PLAIN, circle, POLES), NEAR, quick | {"feedback": "middle", "rate": 100.0, "noise": noise}
@@ -53,7 +57,11 @@ def case(kind: str) -> tuple[gs.Law, tuple[gs.State, ...], dict[str, Any]]:
         law = gs.design(gs.Vehicle(0.1, (0.0177, 0.0177, 0.0344), gravity=9.8), circle, -1.5)
         return law, (gs.State((1.4, 0, 0), (-2, 0, 0)),), {"speed": 1.0, "duration": 3.0}
     assert kind == "unresolved"
-    return gs.design(PLAIN, circle, POLES), (gs.State((1.2, 0, 0), angular_velocity=(0, 0, 400)),), quick
+    return (
+        gs.design(PLAIN, circle, POLES),
+        (gs.State((1.2, 0, 0), angular_velocity=(0, 0, 150.5)),),
+        quick,
+    )  # slower after a step
 
 
 KINDS = ("implicit", "stop", "noise", "autopilot", "wind", "free fall", "focal point", "unresolved")
@@ -147,13 +155,14 @@ def test_any_flight_can_be_recorded() -> None:
 
 
 def test_a_start_that_is_singular_is_told_and_harms_no_other() -> None:
-    """On the axis of the circle, and without thrust."""
+    """On the axis of the circle, without thrust, and so fast that the law's numbers overflow."""
     law = gs.design(PLAIN, gs.paths.circle(), POLES)
     starts = [NEAR[0], gs.State((0, 0, 0)), gs.State((1, 0, 0), thrust=-1.0), NEAR[1]]
+    starts.append(gs.State((1.2, 0, 0), (0, 1e200, 0)))
     flights = gs.fly_many(law, starts, speed=1.0, duration=0.1, engine="casadi")
-    assert flights["status"].tolist() == ["completed", "singular_start", "singular_start", "completed"]
-    assert np.isnan(flights["max_distance_m"]).tolist() == [False, True, True, False]
-    assert flights.summary()["status"] == {"completed": 2, "singular_start": 2}
+    assert flights["status"].tolist() == ["completed", *["singular_start"] * 2, "completed", "singular_start"]
+    assert np.isnan(flights["max_distance_m"]).tolist() == [False, True, True, False, True]
+    assert flights.summary()["status"] == {"completed": 2, "singular_start": 3}
     assert flights.record(3).completed
     with pytest.raises(SingularStartError, match="place 1"):
         flights.record(1)

@@ -28,7 +28,7 @@ def told(sensors: Sensors, truth: np.ndarray, seed: int = 0, rate: float = RATE)
     n, size = len(truth), sensors.size(rate)
     memory, state, outside = ca.SX.sym("memory", size), ca.SX.sym("state", 20), ca.SX.sym("outside", 24)
     step = ca.Function("step", [memory, state, outside], list(sensors.measured(memory, split(state), outside, rate)))
-    start = sensors.start(truth[0], rate)
+    start = sensors.start(ca.DM(truth[0]), rate).full()[:, 0]
     assert start.shape == (size,)
     columns = np.vstack([truth.T, sensors.exogenous(seed, n, rate)])
     symbol = ca.MX.sym("columns", 44)

@@ -6,15 +6,17 @@ The loop state is explicit: the plant's, the parameter of the point truly neares
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar import engine
 from gammastar.flight.draws import Draws
-from gammastar.flight.plant import Plant
+from gammastar.flight.plant import MOTION, Plant
 from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
@@ -91,9 +93,27 @@ class AutopilotLoop:
 
     def start(self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0) -> np.ndarray:
         """Return the loop state at the start of a flight from a stacked state (20,)."""
-        sensors, wind = self.sensors.start(state, 1 / self.interval), self.wind.start(seed, flight)
-        parts = [self.plant.start(state), [parameter], sensors, self.autopilot.start(state, parameter), wind]
-        return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+        return self.starts(state[:, None], np.array([parameter]), [self.reference], seed, [flight])[:, 0]
+
+    def starts(
+        self,
+        states: np.ndarray,
+        parameters: np.ndarray,
+        references: Sequence[Reference],
+        seed: int,
+        flights: ArrayLike,
+    ) -> np.ndarray:
+        """Return the loop states (n, flights) at the starts of flights from stacked states (20, flights)."""
+        started = engine.compiled(("start", self.signature), self._started)
+        return np.vstack([started(states, self.law.places(parameters)).full(), self.wind.start(seed, flights)])
+
+    def _started(self) -> Any:
+        """Return the function (stacked state, place) -> loop state at the start, without wind."""
+        state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
+        waiting = self.guidance.waits_first(state, place)
+        pilot = self.autopilot.started(state[:MOTION], state[18], state[19], place[0], waiting)
+        parts = self.plant.start(state), place[0], self.sensors.start(state, 1 / self.interval), pilot
+        return ca.Function("started", [state, place], [ca.densify(ca.vertcat(*parts))])
 
     def guided(self, guidance: Guidance) -> AutopilotLoop:
         """Return the same loop with another law, reference or heading."""

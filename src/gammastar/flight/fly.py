@@ -7,6 +7,7 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from gammastar import engine
@@ -125,7 +126,7 @@ def recorded(
     """Return the record of a flight whose loop starts with a state and takes some steps."""
     times, law = np.arange(steps + 1) * loop.interval, wanted.law
     watch = Watch(float(least_thrust(first)), loop.interval / loop.substeps, loop.is_ideal)
-    if np.linalg.norm(first[15:18]) * watch.step >= LARGEST_TURN:
+    if not float(ca.norm_2(first[15:18])) * watch.step < LARGEST_TURN:
         watch.status = Status.UNRESOLVED
     parts = _flown(loop, first, phases, times, chance, watch, progress, machine)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

@@ -7,11 +7,13 @@ parameter of the point truly nearest, the input that a sampled law holds, and wh
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar import engine
 from gammastar.flight.draws import Draws
@@ -101,12 +103,24 @@ class ClosedLoop:
         self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0, held: np.ndarray | None = None
     ) -> np.ndarray:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
-        law, waiting = self.law, self.guidance.starts_waiting(state, parameter)
-        key = np.array([parameter if self.reference.over_progress else 0.0])
-        inputs = np.concatenate([self.reference.pieces.data(key)[:, 0], law.place(parameter)[1:]])
-        decide = engine.compiled(("start", *self.signature[1:]), self._start_input)
-        control = decide(state, parameter, waiting, inputs).full().ravel() if held is None else held
-        return np.concatenate([state, [parameter, parameter], control, [waiting]])
+        first = self.starts(state[:, None], np.array([parameter]), [self.reference], seed, [flight])[:, 0]
+        first[HELD] = first[HELD] if held is None else held
+        return first
+
+    def starts(
+        self,
+        states: np.ndarray,
+        parameters: np.ndarray,
+        references: Sequence[Reference],
+        seed: int,
+        flights: ArrayLike,
+    ) -> np.ndarray:
+        """Return the loop states (27, n) at the starts of flights from stacked states (20, n), each with its reference, or all with one."""
+        keys = parameters if self.reference.over_progress else np.zeros(len(parameters))
+        pairs = zip(references, keys, strict=True) if len(references) > 1 else [(references[0], keys)]
+        data = np.hstack([reference.pieces.data(np.atleast_1d(key)) for reference, key in pairs])
+        started = engine.compiled(("start", *self.signature[1:]), self._started)
+        return np.asarray(started(states, self.law.places(parameters), data).full())
 
     def guided(self, guidance: Guidance) -> ClosedLoop:
         """Return the same loop with another law, reference or heading."""
@@ -147,13 +161,14 @@ class ClosedLoop:
             observed[end - 1],
         )
 
-    def _start_input(self) -> Any:
-        """Return the function (state, parameter, waiting, data of reference and path) -> input at time zero."""
-        state, parameter, waiting = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("parameter"), ca.SX.sym("waiting")
-        inputs = ca.SX.sym("inputs", DATA_SIZE + self.law.path.data_size)
-        around = Surroundings(inputs[DATA_SIZE:], inputs[:DATA_SIZE])
-        decision = self.guidance.decide(split(state), parameter, waiting, 0.0, around)
-        return ca.Function("start", [state, parameter, waiting, inputs], [decision.input])
+    def _started(self) -> Any:
+        """Return the function (stacked state, place, data of the reference) -> loop state at time zero."""
+        state, reference = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("reference", DATA_SIZE)
+        place = ca.SX.sym("place", 1 + self.law.path.data_size)
+        waiting = self.guidance.waits_first(state, place)
+        decision = self.guidance.decide(split(state), place[0], waiting, 0.0, Surroundings(place[1:], reference))
+        first = ca.vertcat(state, place[0], place[0], decision.input, waiting)
+        return ca.Function("started", [state, place, reference], [ca.densify(first)])
 
     def _continuous(
         self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings

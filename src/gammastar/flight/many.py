@@ -10,7 +10,7 @@ import numpy as np
 
 from gammastar import engine as engines
 from gammastar.checks import instance, shortened, whole
-from gammastar.errors import InputError, SingularStartError
+from gammastar.errors import InputError
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.flights import Flights
@@ -19,11 +19,12 @@ from gammastar.flight.loop import ClosedLoop
 from gammastar.flight.noise import SensorNoise
 from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
 from gammastar.flight.sensors import Sensors
-from gammastar.flight.task import Chance, Task, task
+from gammastar.flight.task import Task, task
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
 from gammastar.vehicle import State, Vehicle
+from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 
 def fly_many(
@@ -115,35 +116,29 @@ def _begun(
     wanted: Task, starts: list[State], conditions: Conditions, seed: int, numbers: np.ndarray
 ) -> tuple[list[ClosedLoop | AutopilotLoop | None], np.ndarray]:
     """Return the loop of every flight, None where it cannot start, and the states (n, flights) of the others at their starts."""
-    law, known = wanted.law, dict[str, Any]()
-    positions = np.array([start.position for start in starts], dtype=float).reshape(-1, 3)
-    loops, firsts = list[ClosedLoop | AutopilotLoop | None](), []
-    for start, number, parameter in zip(starts, numbers, law.path.start_parameters(positions).tolist(), strict=True):
-        try:
-            state, parameter = law.start_vector(start, parameter)
-        except SingularStartError:
-            loops.append(None)
-            continue
-        fixed = _resolved(wanted, parameter, known)
-        guidance = Guidance(law, fixed, wanted.yaw)
-        loop = known["loop"].guided(guidance) if "loop" in known else conditions.loop(guidance)
-        known["loop"] = loop
-        first = loop.start(state, parameter, *Chance(seed, int(number)))
-        loops.append(loop if np.all(np.isfinite(first)) else None)
-        if loops[-1] is not None:
-            firsts.append(first)
-    return loops, np.array(firsts).T if firsts else np.empty((0, 0))
+    law = wanted.law
+    states = np.array([start.vector(law.vehicle.weight) for start in starts]).reshape(-1, STATE_SIZE).T
+    parameters = law.path.start_parameters(states[:3].T)
+    begins = np.flatnonzero(law.can_start(states, parameters))
+    loops: list[ClosedLoop | AutopilotLoop | None] = [None] * len(starts)
+    if not begins.size:
+        return loops, np.empty((0, 0))
+    references = _resolved(wanted, parameters[begins])
+    loop = conditions.loop(Guidance(law, references[0], wanted.yaw))
+    firsts = loop.starts(states[:, begins], parameters[begins], references, seed, numbers[begins])
+    finite = np.isfinite(firsts).all(axis=0)
+    for index in np.flatnonzero(finite):
+        same = len(references) == 1
+        loops[begins[index]] = loop if same else loop.guided(Guidance(law, references[index], wanted.yaw))
+    return loops, firsts[:, finite]
 
 
-def _resolved(wanted: Task, parameter: float, known: dict[str, Any]) -> Reference:
-    """Return the reference of a flight from a parameter; a speed that leaves the place free is the same for all."""
-    shared: Reference | None = known.get("reference")
-    if shared is not None:
-        return shared
-    fixed = wanted.reference.resolved(wanted.law.path, parameter)
-    if isinstance(wanted.reference, Speed) and not fixed.holds_position:
-        known["reference"] = fixed
-    return fixed
+def _resolved(wanted: Task, parameters: np.ndarray) -> list[Reference]:
+    """Return the references of flights from parameters (n,); the only one if a speed leaves the place free, which is the same for all."""
+    first = wanted.reference.resolved(wanted.law.path, float(parameters[0]))
+    if isinstance(wanted.reference, Speed) and not first.holds_position:
+        return [first]
+    return [first, *(wanted.reference.resolved(wanted.law.path, float(each)) for each in parameters[1:])]
 
 
 def _together(loops: list[Any], wanted: Task, firsts: np.ndarray, steps: int) -> tuple[engines.Step, np.ndarray]:

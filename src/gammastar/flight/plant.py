@@ -59,11 +59,11 @@ class Plant:
         """Return everything that enters the graph as a constant."""
         return (self.vehicle.signature, self.interval, self.substeps, self.integrator.name, self.interface)
 
-    def start(self, state: np.ndarray) -> np.ndarray:
-        """Return the first state (size,) of a vehicle with a stacked state (20,), whose actuators give the thrust in it."""
+    def start(self, state: Any) -> Any:
+        """Graph: return the first state (size,) of a vehicle with a stacked state (20,), whose actuators give the thrust in it."""
         actuation = actuation_of(self.vehicle, self.interface)
-        held = np.array([state[18], 0.0, 0.0, 0.0]) if self.rotor_count == 0 else actuation.start(state[18])
-        return np.concatenate([state[:MOTION], held if self.rotor_count else [], np.tile(held, self.pending)])
+        held = ca.vertcat(state[18], 0, 0, 0) if self.rotor_count == 0 else actuation.start(state[18])
+        return ca.vertcat(state[:MOTION], *([held] if self.rotor_count else []), *([held] * self.pending))
 
     def acting(self, state: Any, command: Any) -> Any:
         """Graph: return the command that acts in this interval, when another one is given now; rotors take it within their limits."""

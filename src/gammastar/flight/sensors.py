@@ -136,14 +136,14 @@ class Sensors:
         """Return everything that enters the graph of `drawn` as a constant."""
         return tuple(each.signature for each in self.channels)
 
-    def start(self, state: np.ndarray, control_rate: float) -> np.ndarray:
-        """Return the memory (size,) of a vehicle that has been in a stacked state (20,) for long, with errors by the biases alone."""
-        truth = np.split(state[:HELD], np.cumsum(WIDTHS)[:-1])
-        biases = [np.asarray(channel.bias) for channel in self.channels]
-        turned = (truth[2].reshape(3, 3).T @ so3.exp(biases[2])).T.ravel()
+    def start(self, state: Any, control_rate: float) -> Any:
+        """Graph: return the memory (size,) of a vehicle that has long been in a stacked state (20,), with errors by the biases alone."""
+        truth = ca.vertsplit(state[:HELD], [0, *np.cumsum(WIDTHS).tolist()])
+        biases = [ca.DM(np.asarray(channel.bias)) for channel in self.channels]
+        turned = so3.stack(so3.unstack(truth[2]) @ ca.DM(so3.exp(self.attitude.bias)))
         held = [truth[0] + biases[0], truth[1] + biases[1], turned, truth[3] + biases[3]]
-        late = [np.tile(value, channel.late(control_rate)) for value, channel in zip(truth, self.channels, strict=True)]
-        return np.concatenate([*held, *late])
+        late = [value for value, each in zip(truth, self.channels, strict=True) for _ in range(each.late(control_rate))]
+        return ca.vertcat(*held, *late)
 
     @property
     def pairs(self) -> tuple[int, ...]:

@@ -61,8 +61,9 @@ class PilotedLoop(AutopilotLoop):
 
     def start(self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0) -> np.ndarray:
         """Return the loop state at the start of a flight from a stacked state (20,)."""
-        sensors, wind = self.sensors.start(state, 1 / self.interval), self.wind.start(seed, flight)
-        return np.concatenate([self.plant.start(state), [parameter], sensors, self.pilot.start(state[:18]), wind])
+        plant, sensors = self.plant.start(ca.DM(state)), self.sensors.start(ca.DM(state), 1 / self.interval)
+        parts = plant, parameter, sensors, self.pilot.start(state[:18]), self.wind.start(seed, flight)
+        return np.asarray(ca.vertcat(*parts).full()[:, 0])
 
     def step(self) -> engine.Step:
         """Return one interval, for CasADi's machine alone: its core calls foreign code."""

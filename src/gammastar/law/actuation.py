@@ -46,8 +46,8 @@ class Actuation(Protocol):
     def delay(self, interval: float) -> float:
         """Return the time [s] from the beginning of an interval to when the wrench of its command is felt, in the mean."""
 
-    def start(self, thrust: float) -> np.ndarray:
-        """Return the first memory (size,) of a vehicle that gives a thrust [N] and no torque."""
+    def start(self, thrust: Any) -> Any:
+        """Graph: return the first memory (size,) of a vehicle that gives a thrust [N] and no torque."""
 
     def now(self, memory: Any, held: Any) -> Any:
         """Graph: return the wrench SX (4,) at the beginning of the interval, from the one SX (4,) reached in the interval before."""
@@ -76,9 +76,9 @@ class Direct:
         """Return half the interval."""
         return interval / 2
 
-    def start(self, thrust: float) -> np.ndarray:
-        """Return nothing."""
-        return np.empty(0)
+    def start(self, thrust: Any) -> Any:
+        """Graph: return nothing."""
+        return ca.DM(0, 1)
 
     def now(self, memory: Any, held: Any) -> Any:
         """Graph: return the wrench held until now."""
@@ -127,11 +127,11 @@ class RotorSpeeds:
         a, b, lag = self.shares(interval)
         return interval / 2 + (interval + lag - interval / a) + interval * (1 - b) / b
 
-    def start(self, thrust: float) -> np.ndarray:
-        """Return the rotor speeds (n,) [rad/s] that share a thrust [N], as far as the limits allow."""
-        thrusts = np.linalg.pinv(self.rotors.mixer) @ [thrust, 0, 0, 0]
-        speeds = np.sqrt(np.maximum(thrusts, 0) / np.asarray(self.rotors.thrust_coefficient))
-        return np.asarray(np.clip(speeds, self.rotors.slowest, self.rotors.fastest))
+    def start(self, thrust: Any) -> Any:
+        """Graph: return the rotor speeds (n,) [rad/s] that share a thrust [N], as far as the limits allow."""
+        thrusts = ca.DM(np.linalg.pinv(self.rotors.mixer)[:, 0]) * thrust
+        speeds = ca.sqrt(ca.fmax(thrusts, 0) / ca.DM(np.asarray(self.rotors.thrust_coefficient)))
+        return ca.fmin(ca.fmax(speeds, self.rotors.slowest), self.rotors.fastest)
 
     def now(self, memory: Any, held: Any) -> Any:
         """Graph: return the wrench SX (4,) of the believed rotor speeds."""

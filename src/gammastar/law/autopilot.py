@@ -125,18 +125,18 @@ class Autopilot:
         waiting = float(self.guidance.starts_waiting(state, parameter))
         return np.array(self.started(ca.DM(state[:MOTION]), state[18], state[19], parameter, waiting)).ravel()
 
-    def started(self, motion: Any, thrust: float, thrust_rate: float, parameter: Any, waiting: Any) -> Any:
+    def started(self, motion: Any, thrust: Any, thrust_rate: Any, parameter: Any, waiting: Any) -> Any:
         """Graph: return the first state (size,) from the motion (18,), the thrust [N] and its rate [N/s], and where the path begins."""
-        wrench = np.array([thrust, 0.0, 0.0, 0.0])
+        wrench = ca.vertcat(thrust, 0, 0, 0)
         rejection, estimate = self.belief.start(motion, thrust)
         parts = {
             "parameter": parameter,
             "waiting": waiting,
             "pace": 1,
-            "thrust": ca.DM(self.thrust_states.start(thrust, thrust_rate)),
-            "held": ca.DM(wrench),
-            "actuation": ca.DM(self.actuation.start(thrust)),
-            "history": ca.DM(np.tile(wrench, self.pending + 1)),
+            "thrust": self.thrust_states.start(thrust, thrust_rate),
+            "held": wrench,
+            "actuation": self.actuation.start(thrust),
+            "history": ca.repmat(wrench, self.pending + 1),
             "rejection": rejection,
             "estimate": estimate,
         }

@@ -28,7 +28,7 @@ class Belief:
         """Return the vehicle as it is believed to move."""
         return Lookahead(self.law.vehicle, self.law.interface)
 
-    def start(self, motion: Any, thrust: float) -> tuple[Any, Any]:
+    def start(self, motion: Any, thrust: Any) -> tuple[Any, Any]:
         """Graph: return the first memories of observer and estimator, an interval before a motion (18,) under a thrust [N]."""
         rejection, estimator, before = self.law.rejection, self.law.estimator, self._before(motion, thrust)
         memory = ca.DM(0, 1) if rejection is None else rejection.start(before[3:6], before[15:18])

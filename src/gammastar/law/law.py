@@ -79,14 +79,14 @@ class Law(Feedback):
         _, xi, eta, mu, _, _ = self._numbers(x, self.place(parameter))
         return np.array(xi), np.array(eta).ravel(), np.array(mu).ravel()
 
-    def start_vector(self, start: State, parameter: float | None = None) -> tuple[np.ndarray, float]:
-        """Return the stacked start (20,) with an open thrust filled in, and its path parameter, searched for unless it is given.
+    def start_vector(self, start: State) -> tuple[np.ndarray, float]:
+        """Return the stacked start (20,) with an open thrust filled in, and its path parameter.
 
         Raises:
             SingularStartError: The thrust is zero or negative, or the position is a focal point of the path.
         """
         x = start.vector(self.vehicle.weight)
-        parameter = self.path.start_parameter(x[:3]) if parameter is None else parameter
+        parameter = self.path.start_parameter(x[:3])
         if not x[18] > 0:
             raise SingularStartError(
                 f"thrust at the start must be positive (got {x[18]:.4g} N); in free fall the attitude has no "
@@ -102,13 +102,24 @@ class Law(Feedback):
             )
         return x, parameter
 
+    def can_start(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Return whether the law has an input (n,) at stacked states (20, n), nearest at path parameters (n,)."""
+        has_foot = (
+            self.approach is not None or self._numbers(states, self.places(parameters))[4].full()[0] > SMALLEST_MARGIN
+        )
+        return np.asarray((states[18] > 0) & has_foot)
+
     def focal_margin(self, state: np.ndarray, parameter: float) -> float:
         """Return the focal margin of a stacked state (20,) at a path parameter."""
         return float(self._numbers(state, self.place(parameter))[4])
 
     def place(self, parameter: float) -> np.ndarray:
         """Return the place (1 + data_size,) of a path parameter: the parameter and the path's data there."""
-        return np.concatenate([[parameter], self.path.data(np.array([parameter]))[:, 0]])
+        return np.asarray(self.places(np.array([parameter]))[:, 0])
+
+    def places(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the places (1 + data_size, n) of path parameters (n,)."""
+        return np.vstack([parameters, self.path.data(parameters)])
 
     @functools.cached_property
     def _numbers(self) -> Any:

@@ -24,7 +24,6 @@ from gammastar.taylor import Series
 CHANGE_TIME = 1.0  # [s] from rest to a speed and back, where nothing else is said ...
 GENTLE = 2.0  # [m/s^2] ... and longer at the ends of a path, so that the speed changes by no more than this
 STEEPEST = 35 / 16  # largest slope of S
-PACE_SAMPLES = 257  # of a path, of its |sigma'|
 COARSE = 1e-9  # of a period: a coordinate known no better than this names no place of a closed path
 
 
@@ -211,8 +210,7 @@ class Stop:
 
 def gentle(path: Path, speed: float) -> float:
     """Return the time [s] of a change from rest to a speed [path parameter/s], at least `CHANGE_TIME`, that stays gentle in metres."""
-    pace = np.linalg.norm(path.jets(np.linspace(*path.domain, PACE_SAMPLES))[:, 1], axis=1).max()
-    return max(CHANGE_TIME, STEEPEST * abs(speed) * float(pace) / GENTLE)
+    return max(CHANGE_TIME, STEEPEST * abs(speed) * path.fastest_pace / GENTLE)
 
 
 def require_laps(path: Path, laps: int, what: str) -> None:

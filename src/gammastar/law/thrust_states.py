@@ -29,10 +29,10 @@ class ThrustStates:
     least: float  # [N] of zeta1; -inf without a floor
     most: float  # [N]; inf without a ceiling
 
-    def start(self, thrust: float, thrust_rate: float) -> np.ndarray:
-        """Return the first memory (3,) from the thrust [N] and its rate [N/s] at the start."""
+    def start(self, thrust: Any, thrust_rate: Any) -> Any:
+        """Graph: return the first memory (3,) from the thrust [N] and its rate [N/s] at the start."""
         first = thrust if self.by_rates else thrust + self.interval / 2 * thrust_rate
-        return np.array([np.clip(first, self.least, self.most), thrust_rate, 0.0])
+        return ca.vertcat(self._limited(first), thrust_rate, 0.0)
 
     def seen(self, memory: Any) -> tuple[Any, Any]:
         """Graph: return zeta1 and zeta2 when the command of this interval is felt; the last derivative carries them there."""

@@ -23,6 +23,7 @@ from gammastar.path.arc_length import ArcLength
 from gammastar.taylor import Series
 
 ORDER = 4  # outputs are differentiated up to snap, the first derivative that the input reaches
+PACE_SAMPLES = 257  # of |sigma'|
 JET_ORDER = 5  # derivatives of a curve that enter them off the curve
 
 
@@ -175,6 +176,11 @@ class Path(ABC):
             for name, value in self.__dict__.items()
             if not isinstance(getattr(type(self), name, None), functools.cached_property)
         }
+
+    @functools.cached_property
+    def fastest_pace(self) -> float:
+        """Return the largest of some samples of |sigma'| [m per unit of the parameter] in the domain."""
+        return float(np.linalg.norm(self.jets(np.linspace(*self.domain, PACE_SAMPLES))[:, 1], axis=1).max())
 
     def nearest_turn(self, parameter: float, near: float) -> float:
         """Return `parameter` shifted by whole periods to lie nearest to `near`; unchanged on an open path."""

@@ -26,7 +26,7 @@ from gammastar.taylor import Series
 
 SEED_STEPS = 50  # Newton steps from the seed onto the path
 FOOT_STEPS = 8  # Newton steps from a position off the path to its foot
-NEAREST_STEPS = 2  # Newton steps from there to the nearest point, whatever its pi
+NEAREST_STEPS = 3  # Newton steps from there to the nearest point, whatever its pi
 SOLVE_STEPS = 4  # Newton steps from a neighbouring solution
 
 
