@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -122,6 +123,37 @@ def test_a_cache_that_can_only_be_read_is_read(cache: Path, monkeypatch) -> None
         assert np.array_equal(flown(), TWICE_AND_ONE)
     assert engine.run(steps.tiny(4.0), [[1.0]], 1, machine="native").tolist() == [[5.0]]
     assert list(cache.iterdir()) == kept
+
+
+@steps.needs_compiler
+def test_a_cache_that_is_removed_meanwhile_is_done_without(cache: Path, monkeypatch) -> None:
+    real = module.os.replace
+
+    def removed(draft: str, place: Path) -> None:
+        if place.parent == cache:
+            shutil.rmtree(cache)
+        real(draft, place)
+
+    monkeypatch.setattr(module.os, "replace", removed)
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+
+
+@steps.needs_compiler
+def test_a_cache_whose_programs_may_not_run_is_done_without(cache: Path, monkeypatch) -> None:
+    """As in a home that is mounted so; where the temporary folder is mounted so too, one sentence tells."""
+    real, everywhere = module.ctypes.CDLL, False
+
+    def refused(place: str) -> object:
+        if everywhere or Path(place).parent == cache:
+            raise OSError("failed to map segment from shared object")
+        return real(place)
+
+    monkeypatch.setattr(module.ctypes, "CDLL", refused)
+    assert np.array_equal(flown(), TWICE_AND_ONE)
+    everywhere = True
+    forget()
+    with pytest.raises(CompilerError, match=r"must be loaded \(got failed to map .*\); set TMPDIR"):
+        flown()
 
 
 @steps.needs_compiler

@@ -103,9 +103,22 @@ def library(maker: Compiler, source: str) -> ctypes.CDLL:
             os.utime(kept)
         return found
     made = _compiled(maker, key, source)
-    place = _stored(f"{key}-{_digest(made)}.so", made)
-    _tidy(place.parent)
-    return ctypes.CDLL(str(place))
+    name = f"{key}-{_digest(made)}.so"
+    try:
+        found = ctypes.CDLL(str(_stored(name, made)))
+        _tidy(cache_folder())
+        return found
+    except OSError:  # the folder was removed this moment, or nothing in it may be run
+        return _loaded(_written(_temporary(), name, made))
+
+
+def _loaded(place: Path) -> ctypes.CDLL:
+    try:
+        return ctypes.CDLL(str(place))
+    except OSError as error:
+        raise CompilerError(
+            f"a compiled step must be loaded (got {error}); set TMPDIR to a folder whose programs may run", place
+        ) from error
 
 
 def _compiled(maker: Compiler, key: str, source: str) -> bytes:
@@ -168,7 +181,7 @@ def _kept(key: str) -> Iterator[Path]:
 def _tidy(folder: Path) -> None:
     """Remove what was used longest ago; other processes do so at the same time, and make again what they miss."""
     ages = list[tuple[float, Path]]()
-    for path in folder.iterdir():
+    for path in folder.glob("*"):
         with contextlib.suppress(OSError):
             ages.append((path.stat().st_mtime, path))
     for _, path in sorted(ages)[:-MOST_KEPT]:
@@ -177,14 +190,16 @@ def _tidy(folder: Path) -> None:
 
 
 def _stored(name: str, content: bytes) -> Path:
-    """Write a file whole or not at all, in the user's cache or else in a temporary folder, and return where."""
-    folder = cache_folder()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, draft = tempfile.mkstemp(dir=folder)
-    except OSError:
-        folder = _temporary()
-        handle, draft = tempfile.mkstemp(dir=folder)
+    """Write a file into the user's cache, or else into a temporary folder, and return where."""
+    with contextlib.suppress(OSError):  # read-only, full, or removed at this moment
+        return _written(cache_folder(), name, content)
+    return _written(_temporary(), name, content)
+
+
+def _written(folder: Path, name: str, content: bytes) -> Path:
+    """Write a file whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    handle, draft = tempfile.mkstemp(dir=folder)
     with os.fdopen(handle, "wb") as file:
         file.write(content)
     os.replace(draft, folder / name)
