@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from export.programs import exported, flown, has_sanitizers, needs_compiler, start_of
+from gammastar.export.c99 import sources
 from gammastar.export.load import CONSTRAINED, MEASUREMENT_REFUSED, NOT_STARTED, RESULT_REFUSED, loaded, told_of
 from gammastar.export.targets import files_of
 from gammastar.export.vectors import moments
@@ -46,6 +47,16 @@ def test_a_self_test_fails_where_the_code_is_wrong(tmp_path: Path) -> None:
     answer = subprocess.run(["make", "check", FAST], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert answer.returncode != 0
     assert "FAILED" in answer.stdout
+
+
+def test_a_compiler_that_takes_all_numbers_for_finite_is_refused(tmp_path: Path) -> None:
+    """With -ffast-math gcc and clang leave the checks for NaN out."""
+    for file, text in sources(exported("upright")).items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    words = ["cc", "-std=c99", "-ffast-math", "-c", "upright.c"]
+    answer = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert answer.returncode != 0
+    assert "not finite" in answer.stderr
 
 
 @pytest.mark.parametrize(("name", "kind"), [("upside-down", "speed"), ("quadrotor", "speed"), ("waypoints", "ramp")])

@@ -26,7 +26,10 @@ static real start_parameter(const real *measured) {{
             const real error = measured[i] - {name}_samples[k][i];
             distance += error * error;
         }}
-        if (distance < least) least = distance, best = k;
+        if (distance < least) {{
+            least = distance;
+            best = k;
+        }}
     }}
     const real middle = {first} + {step} * (real)best;
     real parameter = middle;

@@ -20,13 +20,11 @@ PARTS = {
     "filter": "the filter of the sensors",
     "rotors": "the allocation to rotors with their limits and lag",
 }
-PRECISION = (
-    " The parameter of the path is kept within one period, so that it is as precise after hours as at the start."
-)
-GROWING = (
-    " The parameter of the path grows with every round here, because the reference names places: "
-    "in float32 it is known to a ten-millionth of itself."
-)
+PRECISION = {
+    "wrapped": " The parameter of the path is kept within one period, so that it is as precise after hours as at the start.",
+    "growing": " The parameter of the path grows for good here: in float32 it is known to a ten-millionth of itself.",
+    "bounded": "",
+}
 
 
 def c99(program: Program, duration: float = DURATION) -> dict[str, str]:
@@ -77,6 +75,6 @@ def _facts(program: Program) -> dict[str, str]:
         "operations": f"{program.operations}",
         "state_bytes": str(state_bytes(program)),
         "table_bytes": str(table_bytes(program)),
-        "precision": PRECISION if program.wraps else GROWING if program.path.period else "",
+        "precision": PRECISION["wrapped" if program.wraps else "bounded" if program.path.ends else "growing"],
         "start_thrust": f"{program.start[18]:.6g}",
     }

@@ -13,6 +13,10 @@
 
 #include <float.h>
 #include <string.h>
+
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "compile without -ffast-math and -ffinite-math-only: numbers that are not finite have to be seen"
+#endif
 @include_tables@
 @functions@
 #define MEASURED 22
