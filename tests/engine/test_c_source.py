@@ -12,6 +12,7 @@ import pytest
 from engine import steps
 from gammastar import engine
 from gammastar.engine import c_source as module
+from gammastar.engine import c_values
 from gammastar.engine.c_source import c_source
 from gammastar.engine.compiler import compiler, library
 from gammastar.engine.native import Native
@@ -51,7 +52,7 @@ void law(const real *restrict x0, const real *restrict x1, real *restrict y0, re
 
 
 def test_every_operation_is_written() -> None:
-    written = {*module.OPERATORS, *module.COMPARISONS, *module.CONNECTIVES, *module.OWN, *module.LIBRARY, "constpow"}
+    written = {*c_values.PATTERNS, *c_values.CONNECTIVES, *module.OWN, *module.LIBRARY, "constpow"}
     assert written == set(OPERATIONS)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gammastar.engine.c_source import PATTERNS, TRUTHS
+from gammastar.engine.c_values import PATTERNS, TRUTHS
 from gammastar.engine.tape import CONSTANT, INPUT, OPERATIONS, Tape
 
 CONNECTIVES = {"not": "xp.logical_not({s})", "and": "xp.logical_and({s}, {t})", "or": "xp.logical_or({s}, {t})"}
