@@ -80,6 +80,20 @@ def test_a_folder_that_cannot_be_written_whole_is_not_written(
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
+def test_a_folder_with_folders_is_written_over_unless_it_holds_something_else(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    for _ in range(2):
+        facts = json.loads(exported(capsys, out, "--target", "crazyflie", "--json"))
+        assert (facts["frame"], facts["command"][0]) == ("enu", "force [N]")
+        (out / "build").mkdir()
+        (out / "build" / "firmware.bin").write_text("")
+    (out / "src" / "mine.c").write_text("")
+    assert f"which holds {Path('src', 'mine.c')}" in exported(capsys, out, "--target", "crazyflie", code=2)
+    assert (out / "src" / "mine.c").exists()
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [

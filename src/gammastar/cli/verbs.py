@@ -127,7 +127,7 @@ def export(
         str,
         typer.Option(metavar="DIR", help="The folder to write: new, empty, or an earlier export.", show_default=False),
     ],
-    target: Annotated[str, typer.Option(metavar="c99", help="What it is made for.")] = "c99",
+    target: Annotated[str, typer.Option(metavar="c99|crazyflie", help="What it is made for.")] = "c99",
     real: Annotated[
         str | None,
         typer.Option(
@@ -140,13 +140,13 @@ def export(
     """Write a folder of source code that flies a mission on the vehicle's own computer."""
     from gammastar.export import folder as place
     from gammastar.export.program import c_name
-    from gammastar.export.targets import files_of
+    from gammastar.export.targets import differences, files_of
 
     folder = place.chosen_folder(out)
     chosen = _mission(name, changes)
     made = chosen.program(c_name(Path(name).stem), real, __version__)
     files = files_of(made, target, chosen.file.flight.duration)
-    facts = place.facts_of(made, target, files)
+    facts = place.facts_of(made, target, files) | differences(target)
     place.write(folder, files, facts)
     output.export(facts, folder, as_json)
 

@@ -15,6 +15,7 @@ from gammastar.export.sizes import state_bytes, table_bytes
 
 FACTS = "export.json"  # by which a folder is known as an export
 BUILT = (".o", ".a", ".elf", ".map")  # what a build leaves in it
+BUILD = "build"  # and where others do
 SELFTEST = "selftest"
 
 
@@ -53,10 +54,12 @@ def chosen_folder(out: str) -> Path:
         raise InputError(f"out must be a folder that can be written (got {folder}, in {there}); choose another place")
     if there == folder:
         known = _earlier(folder)
-        for place in sorted(folder.iterdir()):
-            if place.name not in known and (place.suffix not in BUILT or not known):
+        for place in folder.rglob("*") if known else sorted(folder.iterdir()):
+            name = place.relative_to(folder)
+            is_built = known and (place.suffix in BUILT or BUILD in name.parts[:1] or place.is_dir())
+            if not is_built and name.as_posix() not in known:
                 raise InputError(
-                    f"out must be new, empty, or an earlier export (got {folder}, which holds {place.name}); choose another folder"
+                    f"out must be new, empty, or an earlier export (got {folder}, which holds {name}); choose another folder"
                 )
     return folder
 
@@ -74,19 +77,21 @@ def write(folder: Path, files: Mapping[str, str], facts: Mapping[str, Any]) -> N
         made.mkdir()
         before.mkdir()
         for name, text in texts.items():
+            (made / name).parent.mkdir(exist_ok=True)
             (made / name).write_text(text, encoding="utf-8", newline="\n")
         if existing != folder:
             folder.parent.mkdir(parents=True, exist_ok=True)
             os.replace(made, folder)
             return
-        old = [place.name for place in folder.iterdir() if place.is_file()]
+        own = Path(workbench).name
+        old, new = ([place.name for place in each.iterdir() if place.name != own] for each in (folder, made))
         try:
-            for source, target, names in ((folder, before, old), (made, folder, list(texts))):
+            for source, target, names in ((folder, before, old), (made, folder, new)):
                 for name in names:
                     os.replace(source / name, target / name)
         except BaseException:
-            for name in texts.keys() - {place.name for place in made.iterdir()}:
-                (folder / name).unlink()
+            for name in set(new) - {place.name for place in made.iterdir()}:
+                os.rename(folder / name, made / name)
             for place in before.iterdir():
                 place.rename(folder / place.name)
             raise

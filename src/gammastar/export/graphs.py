@@ -56,11 +56,11 @@ class Graphs:
         time, reference = ca.SX.sym("time"), ca.SX.sym("reference", DATA_SIZE if self.reads_reference else 0)
         data = reference if self.reads_reference else ca.DM(pilot.guidance.reference.pieces.rows[0])
         stepped = pilot.step(memory, self._inside(measurement), time, Surroundings(path, data))
-        command = stepped.command if isinstance(pilot.actuation, RotorSpeeds) else self._turned_wrench(stepped.command)
+        command = stepped.command if isinstance(pilot.actuation, RotorSpeeds) else self.turned_wrench(stepped.command)
         parts = dict(
             zip(TELEMETRY, ca.vertsplit(stepped.telemetry, np.cumsum([0, *TELEMETRY.values()]).tolist()), strict=True)
         )
-        parts["input"] = self._turned_wrench(parts["input"])
+        parts["input"] = self.turned_wrench(parts["input"])
         parts["unknown"] = ca.vertcat(*map(self._turned, ca.vertsplit(parts["unknown"], 3)))
         parts["position"] = self._turned(parts["position"])
         told = ca.vertcat(*(parts[name] for name in TELEMETRY), stepped.parameter)
@@ -120,7 +120,8 @@ class Graphs:
         """Graph: return a vector SX (3,) of the mission's frame in `ned`, or the reverse."""
         return ca.DM(self._signs) * vector
 
-    def _turned_wrench(self, wrench: Any) -> Any:
+    def turned_wrench(self, wrench: Any) -> Any:
+        """Graph: return a wrench SX (4,), or an input, of `ned` in the mission's frame."""
         return ca.vertcat(wrench[0], self._turned(wrench[1:]))
 
     def _inside(self, measurement: Any) -> Any:

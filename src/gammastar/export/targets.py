@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from gammastar.errors import UnknownNameError
 from gammastar.export.c99 import filled, placeholders, sources, template
+from gammastar.export.crazyflie import COMMAND, FRAME, crazyflie
 from gammastar.export.graphs import FARTHEST, FASTEST
 from gammastar.export.program import Program
 from gammastar.export.selftest import selftest
@@ -42,7 +44,7 @@ def c99(program: Program, duration: float = DURATION) -> dict[str, str]:
     }
 
 
-TARGETS: dict[str, Callable[[Program, float], dict[str, str]]] = {"c99": c99}
+TARGETS: dict[str, Callable[[Program, float], dict[str, str]]] = {"c99": c99, "crazyflie": crazyflie}
 
 
 def files_of(program: Program, target: str, duration: float = DURATION) -> dict[str, str]:
@@ -54,6 +56,11 @@ def files_of(program: Program, target: str, duration: float = DURATION) -> dict[
     if target not in TARGETS:
         raise UnknownNameError("target", target, TARGETS)
     return TARGETS[target](program, duration)
+
+
+def differences(target: str) -> dict[str, Any]:
+    """Return the facts of an export that its target decides, whatever the program is."""
+    return {"frame": FRAME, "command": COMMAND} if target == "crazyflie" else {}
 
 
 def _facts(program: Program) -> dict[str, str]:

@@ -53,11 +53,13 @@ def sizes_of(found: list[Moment]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return memory, command, told
 
 
-def believed(program: Program) -> ca.Function:
+def believed(program: Program, interval: float | None = None) -> ca.Function:
     """Return the function (motion (18,), wrench (4,)) -> motion an interval later, of the believed vehicle."""
     motion, wrench = ca.SX.sym("motion", MOTION), ca.SX.sym("wrench", 4)
     position, velocity, attitude, rates = ca.vertsplit(motion, [0, 3, 6, 15, MOTION])
     state = StateGraph(position, velocity, unstack(attitude), rates, ca.SX(0), ca.SX(0))
-    moved = program.autopilot.belief.lookahead.moved(state, wrench, wrench, program.autopilot.interval, Unknown())
+    moved = program.autopilot.belief.lookahead.moved(
+        state, wrench, wrench, interval or program.autopilot.interval, Unknown()
+    )
     parts = [moved.position, moved.velocity, stack(moved.attitude), moved.angular_velocity]
     return ca.Function("move", [motion, wrench], [ca.cse(ca.densify(ca.vertcat(*parts)))])

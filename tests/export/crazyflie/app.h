@@ -1,0 +1,3 @@
+/* A stand-in for the firmware's header of this name. */
+#pragma once
+void appMain(void);
