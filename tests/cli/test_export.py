@@ -116,9 +116,14 @@ def test_a_mission_of_several_paths_is_refused(capsys: pytest.CaptureFixture[str
     assert "an autopilot must have one path" in capsys.readouterr().err
 
 
-def test_a_file_gives_its_name_to_what_is_exported(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("file", "name"), [("2 Wild.Circles.toml", "mission_2_wild_circles"), ("selftest.toml", "mission_selftest")]
+)
+def test_a_file_gives_its_name_to_what_is_exported(
+    file: str, name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     assert main(["show", "upright"]) == 0
-    mission = tmp_path / "2 Wild.Circles.toml"
+    mission = tmp_path / file
     mission.write_text(capsys.readouterr().out.replace("duration = 20.0", "duration = 0.05"))
     assert main(["export", str(mission), "--out", str(tmp_path / "out")]) == 0
-    assert (tmp_path / "out" / "mission_2_wild_circles.h").exists()
+    assert {"selftest.c", f"{name}.c", f"{name}.h"} < {each.name for each in (tmp_path / "out").iterdir()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import subprocess
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from export.programs import exported, flown, has_sanitizers, needs_compiler, start_of
+from gammastar.errors import InputError
 from gammastar.export.c99 import sources
 from gammastar.export.load import CONSTRAINED, MEASUREMENT_REFUSED, NOT_STARTED, RESULT_REFUSED, loaded, told_of
 from gammastar.export.targets import files_of
@@ -176,6 +178,12 @@ def test_it_starts_where_the_path_is_nearest() -> None:
         assert np.linalg.norm(program.path.points(np.array([found])) - position) == pytest.approx(
             np.linalg.norm(program.path.points(np.array([wanted])) - position), abs=1e-9
         )
+
+
+@pytest.mark.parametrize("name", ["selftest", "math", "Upright", "2d", "a-b", ""])
+def test_a_name_that_c_cannot_have_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="the name of an export must"):
+        dataclasses.replace(exported("upright"), name=name)
 
 
 def test_a_frame_is_a_name_for_the_same_flight() -> None:

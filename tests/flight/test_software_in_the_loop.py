@@ -43,6 +43,18 @@ def test_float64_flies_as_the_graph() -> None:
     assert np.array_equal(compiled.autopilot.given_up, graph.autopilot.given_up)
 
 
+def test_what_float32_tells_is_what_the_graph_tells() -> None:
+    """Of the unknown force and torque, within the rounding that observers enlarge, and of what limits take."""
+    shared: dict[str, Any] = {"flight__duration": 1.2}
+    graph = flown("quadrotor", **shared).autopilot
+    compiled = flown("quadrotor", **shared, controller__interface="c").autopilot
+    assert graph is not None
+    assert compiled is not None
+    largest = np.maximum(1, np.abs(graph.unknown).max(axis=0))
+    assert np.all(np.abs(compiled.unknown - graph.unknown).max(axis=0) < 1e-3 * largest)
+    assert np.mean(compiled.given_up == graph.given_up) > 0.98
+
+
 def test_float32_turns_over_and_settles_within_a_millimetre() -> None:
     """The paper's second scenario; what is left are the digits of float32 at ten metres from the origin."""
     record = flown("upside-down", flight__duration=12.0, controller__interface="c")

@@ -23,6 +23,19 @@ BEND = 0.2  # [rad] by which a path turns between two of the samples among which
 SAMPLES = (64, 2048)  # fewest and most of them
 NEWTON_STEPS = 16  # from a sample to the nearest point
 NAME = re.compile(r"[a-z][a-z0-9_]*")
+TAKEN = (
+    "selftest",
+    "assert",
+    "float",
+    "limits",
+    "math",
+    "stddef",
+    "stdint",
+    "stdio",
+    "stdlib",
+    "string",
+    "time",
+)  # file names
 DEFAULT_NAME = "mission"
 DEFAULT_REAL = "float32"
 REALS = {"float32": "float", "float64": "double"}
@@ -64,9 +77,10 @@ class Program:
     version: str = ""  # of gammastar
 
     def __post_init__(self) -> None:
-        if not NAME.fullmatch(self.name):
+        if not NAME.fullmatch(self.name) or self.name in TAKEN:
             raise InputError(
-                f"the name of an export must consist of small letters, digits and _, a letter first (got {self.name!r}); rename it"
+                f"the name of an export must consist of small letters, digits and _, a letter first, and be no file of C's own "
+                f"(got {self.name!r}); rename it"
             )
         if self.real not in REALS:
             raise UnknownNameError("real", self.real, REALS)
@@ -196,7 +210,7 @@ class Program:
 def c_name(name: str) -> str:
     """Return what a mission or a file is called as a prefix in C: small letters, digits and _, a letter first."""
     words = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
-    return words if words[:1].isalpha() else f"{DEFAULT_NAME}_{words}".strip("_")
+    return words if words[:1].isalpha() and words not in TAKEN else f"{DEFAULT_NAME}_{words}".strip("_")
 
 
 def _bend(path: ParametricPath, parameters: np.ndarray) -> float:
