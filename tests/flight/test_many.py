@@ -116,6 +116,27 @@ def test_a_flight_among_many_tells_the_numbers_of_its_record(kind: str) -> None:
         assert np.isnan(flights["max_distance_last_quarter_m"]).all()
 
 
+def test_while_a_target_waits_the_distance_is_that_beside_it() -> None:
+    """Never less than the distance to the whole path, which no flight can search as it goes; and more where another point is nearer."""
+    law = gs.design(PLAIN, gs.paths.circle(), POLES, approach=gs.Approach())
+    start, setting = gs.State((0.05, 0, 0), (-0.3, 0, 0)), {"speed": 0.0, "duration": 0.5, "step": 2e-3}
+    record = gs.fly(law, start, **setting)
+    flights = gs.fly_many(law, [start], engine="casadi", **setting)
+    assert record.waiting[-1]
+    assert flights["waiting_time_s"][0] == pytest.approx(record.waiting.sum() * record.time[1])
+    beside = np.linalg.norm(record.position - [1, 0, 0], axis=1)
+    assert flights["final_distance_m"][0] == pytest.approx(beside[-1], abs=1e-3)
+    assert flights["max_distance_m"][0] >= record.distance.max()
+
+
+def test_progress_is_told_over_all_flights() -> None:
+    law, starts, setting = case("noise")
+    told = list[tuple[int, int]]()
+    gs.fly_many(law, starts, engine="casadi", progress=lambda done, total: told.append((done, total)), **setting)
+    assert told[-1] == (2 * 151, 2 * 151)
+    assert told == sorted(told)
+
+
 @steps.needs_compiler
 def test_compiled_flights_are_those_of_the_virtual_machine() -> None:
     """To rounding; and to the last bit whatever the number of workers, and when one is recorded."""
