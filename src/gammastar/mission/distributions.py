@@ -1,0 +1,352 @@
+"""What a campaign varies, and how: distributions that turn uniform random numbers into values.
+
+Every distribution takes numbers in (0, 1), `size` of them for a value, so that pseudo-random numbers and points of low discrepancy serve
+alike, and value k depends on the numbers of flight k alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gammastar.checks import array, direction, magnitude, number, shape_of, shortened
+from gammastar.errors import InputError, ShapeError
+
+LEAST_LEFT = 1e-12  # of a normal distribution that its cut may leave
+
+
+class Distribution(Protocol):
+    """A distribution over numbers, vectors (3,) or rotations (3, 3)."""
+
+    @property
+    def size(self) -> int:
+        """Return how many uniform numbers a value takes."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return the shape of a value: (), (3,) or (3, 3)."""
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return values (n, *shape) for uniform numbers (n, size)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Uniform:
+    """Uniform between two ends: of a number, or of the three coordinates of a vector, a box."""
+
+    low: ArrayLike
+    high: ArrayLike
+
+    def __post_init__(self) -> None:
+        _set(self, "low", "high")
+        low, high = np.asarray(self.low), np.asarray(self.high)
+        if not np.all(low < high):
+            raise InputError(f"low must be below high (got {low.tolist()} and {high.tolist()}); swap or part them")
+
+    @property
+    def size(self) -> int:
+        """Return one, or three."""
+        return max(1, int(np.size(self.low)))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return the shape of the ends."""
+        return np.shape(self.low)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return values (n, *shape) for uniform numbers (n, size)."""
+        low, high = np.asarray(self.low), np.asarray(self.high)
+        return np.asarray(low + (high - low) * uniforms.reshape(-1, *self.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class LogUniform:
+    """Uniform in the logarithm of the magnitude, between two numbers of one sign, neither zero."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _set(self, "low", "high", vectors=False)
+        if not self.low < self.high or self.low * self.high <= 0:
+            raise InputError(
+                f"low must be below high and both of one sign, without zero (got {self.low:g} and {self.high:g}); correct them"
+            )
+
+    size: ClassVar[int] = 1
+    shape: ClassVar[tuple[int, ...]] = ()
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return values (n,) for uniform numbers (n, 1)."""
+        return np.asarray(self.low * (self.high / self.low) ** uniforms[:, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal, or cut to between two ends: of a number, or of the three coordinates of a vector, independently."""
+
+    mean: ArrayLike
+    deviation: ArrayLike  # standard deviation, before it is cut
+    low: float | None = None
+    high: float | None = None
+
+    def __post_init__(self) -> None:
+        _set(self, "mean", "deviation")
+        if np.any(np.asarray(self.deviation) <= 0):
+            raise InputError(
+                f"deviation must be positive (got {np.asarray(self.deviation).tolist()}); leave out what does not vary"
+            )
+        for name in ("low", "high"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, number(getattr(self, name), name))
+        low, high = self._ends
+        if np.any(high - low < LEAST_LEFT):
+            raise InputError(
+                f"low and high must leave some of the distribution (got {self.low} and {self.high}); widen them"
+            )
+
+    @property
+    def size(self) -> int:
+        """Return one, or three."""
+        return max(1, int(np.size(self.mean)))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return the shape of the mean."""
+        return np.shape(self.mean)
+
+    @property
+    def _ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The shares of the uncut distribution below the ends."""
+        from scipy.special import ndtr
+
+        mean, deviation = np.asarray(self.mean), np.asarray(self.deviation)
+        low = -np.inf if self.low is None else self.low
+        high = np.inf if self.high is None else self.high
+        return ndtr((low - mean) / deviation), ndtr((high - mean) / deviation)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return values (n, *shape) for uniform numbers (n, size)."""
+        from scipy.special import ndtri
+
+        low, high = self._ends
+        shares = low + (high - low) * uniforms.reshape(-1, *self.shape)
+        return np.asarray(np.asarray(self.mean) + np.asarray(self.deviation) * ndtri(shares))
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """Uniform in a ball."""
+
+    radius: float
+    center: ArrayLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", magnitude(self.radius, "radius", above=0))
+        object.__setattr__(self, "center", array(self.center, "center", (3,)))
+
+    size: ClassVar[int] = 3
+    shape: ClassVar[tuple[int, ...]] = (3,)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return points (n, 3) for uniform numbers (n, 3)."""
+        sizes = self.radius * np.cbrt(uniforms[:, :1])
+        return np.asarray(self.center + sizes * _directions(uniforms[:, 1], uniforms[:, 2]))
+
+
+@dataclass(frozen=True, eq=False)
+class AlongPath:
+    """On the path at a uniform share of its parameter's domain, and from there somewhere in a ball."""
+
+    low: float = 0.0  # share of the domain
+    high: float = 1.0
+    radius: float = 0.0  # [m] of the ball
+
+    def __post_init__(self) -> None:
+        _set(self, "low", "high", vectors=False)
+        if not 0 <= self.low < self.high <= 1:
+            raise InputError(
+                f"low must be below high and both between 0 and 1 (got {self.low:g} and {self.high:g}); give shares of the path"
+            )
+        object.__setattr__(self, "radius", magnitude(self.radius, "radius [m]", at_least=0))
+
+    size: ClassVar[int] = 4
+    shape: ClassVar[tuple[int, ...]] = (4,)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return the share and the offset from the path, (n, 4), for uniform numbers (n, 4)."""
+        shares = self.low + (self.high - self.low) * uniforms[:, :1]
+        sizes = self.radius * np.cbrt(uniforms[:, 1:2])
+        return np.hstack([shares, sizes * _directions(uniforms[:, 2], uniforms[:, 3])])
+
+
+@dataclass(frozen=True, eq=False)
+class AnyAttitude:
+    """Uniform on SO(3), by Haar's measure.
+
+    Source: K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
+    """
+
+    size: ClassVar[int] = 3
+    shape: ClassVar[tuple[int, ...]] = (3, 3)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return rotations (n, 3, 3) for uniform numbers (n, 3)."""
+        first, second = np.sqrt(1 - uniforms[:, 0]), np.sqrt(uniforms[:, 0])
+        a, b = 2 * np.pi * uniforms[:, 1], 2 * np.pi * uniforms[:, 2]
+        x, y, z, w = first * np.sin(a), first * np.cos(a), second * np.sin(b), second * np.cos(b)
+        rows = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.moveaxis(np.array(rows), -1, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Tilted:
+    """A uniform heading, then tilted by a uniform angle about a horizontal axis of uniform direction."""
+
+    low: float = 0.0  # [deg] of tilt
+    high: float = 180.0  # [deg]
+
+    def __post_init__(self) -> None:
+        _set_angles(self, 0.0, 180.0)
+
+    size: ClassVar[int] = 3
+    shape: ClassVar[tuple[int, ...]] = (3, 3)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return rotations (n, 3, 3) for uniform numbers (n, 3)."""
+        tilt = np.radians(self.low + (self.high - self.low) * uniforms[:, 0])
+        axis, heading = 2 * np.pi * uniforms[:, 1], 2 * np.pi * uniforms[:, 2]
+        zeros = np.zeros(len(tilt))
+        tilted = _turned(np.stack([tilt * np.cos(axis), tilt * np.sin(axis), zeros], 1))
+        return np.asarray(tilted @ _turned(np.stack([zeros, zeros, heading], 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class About:
+    """Turned about one axis by a uniform angle, from level with the nose along the first axis."""
+
+    axis: ArrayLike = (1.0, 0.0, 0.0)
+    low: float = -180.0  # [deg]
+    high: float = 180.0  # [deg]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", direction(self.axis, "axis"))
+        _set_angles(self, -360.0, 360.0)
+
+    size: ClassVar[int] = 1
+    shape: ClassVar[tuple[int, ...]] = (3, 3)
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return rotations (n, 3, 3) for uniform numbers (n, 1)."""
+        return _turned(np.radians(self.low + (self.high - self.low) * uniforms) * np.asarray(self.axis))
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """One of some values, each with its probability: numbers, or what a mission has in its place."""
+
+    choices: Sequence[Any]
+    probabilities: ArrayLike | None = None  # equal ones when left out
+
+    def __post_init__(self) -> None:
+        count = _counted(self.choices)
+        if self.probabilities is None:
+            object.__setattr__(self, "probabilities", np.full(count, 1 / count))
+            return
+        given = array(self.probabilities, "probabilities", (count,))
+        if np.any(given < 0) or abs(given.sum() - 1) > 1e-9:
+            raise InputError(
+                f"probabilities must not be negative and must sum to one (got {given.tolist()}, sum {given.sum():.6g}); correct them"
+            )
+        object.__setattr__(self, "probabilities", given)
+
+    size: ClassVar[int] = 1
+    shape: ClassVar[tuple[int, ...]] = ()
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return places in the list (n,) for uniform numbers (n, 1)."""
+        ends = np.cumsum(np.asarray(self.probabilities))
+        return np.minimum(np.searchsorted(ends, uniforms[:, 0], side="right"), len(self.choices) - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """All of some values in turn; several grids of one campaign are gone through in all combinations, the last one fastest."""
+
+    choices: Sequence[Any]
+
+    def __post_init__(self) -> None:
+        _counted(self.choices)
+
+    size: ClassVar[int] = 0
+    shape: ClassVar[tuple[int, ...]] = ()
+
+    def values(self, uniforms: np.ndarray) -> np.ndarray:
+        """Return nothing: which value it is follows from the number of the flight."""
+        raise AssertionError("a grid takes no random numbers")
+
+
+def _counted(values: Any) -> int:
+    if not isinstance(values, Sequence) or isinstance(values, str) or not len(values):
+        raise InputError(f"values must be a list with at least one (got {shortened(values)}); write [1, 2, 3]")
+    return len(values)
+
+
+def _set(distribution: Any, first: str, second: str, vectors: bool = True) -> None:
+    """Check two numbers or vectors (3,) of one shape and keep them as arrays, or as numbers."""
+    shapes = {shape_of(getattr(distribution, name)) for name in (first, second)}
+    if not shapes <= ({(), (3,)} if vectors else {()}) or len(shapes) > 1:
+        form = "two numbers, or two lists of three" if vectors else "two numbers"
+        got = " and ".join(shortened(getattr(distribution, name)) for name in (first, second))
+        raise ShapeError(f"{first} and {second} must be {form} (got {got}); give both in the same form")
+    for name in (first, second):
+        value = getattr(distribution, name)
+        checked = array(value, name, (3,)) if shapes == {(3,)} else number(value, name)
+        object.__setattr__(distribution, name, checked)
+
+
+def _set_angles(distribution: Any, least: float, most: float) -> None:
+    low, high = number(distribution.low, "low [deg]"), number(distribution.high, "high [deg]")
+    if not least <= low < high <= most:
+        raise InputError(
+            f"low must be below high and both between {least:g} and {most:g} deg (got {low:g} and {high:g}); correct them"
+        )
+    object.__setattr__(distribution, "low", low)
+    object.__setattr__(distribution, "high", high)
+
+
+def _directions(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return uniform unit vectors (n, 3) for uniform numbers (n,) each: heights on a sphere are uniform (Archimedes)."""
+    height, angle = 2 * first - 1, 2 * np.pi * second
+    across = np.sqrt(1 - height**2)
+    return np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)
+
+
+def _turned(vectors: np.ndarray) -> np.ndarray:
+    """Return the rotations (n, 3, 3) by rotation vectors (n, 3) [rad]."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
+
+
+KINDS: dict[str, type[Any]] = {
+    "uniform": Uniform,
+    "box": Uniform,
+    "log-uniform": LogUniform,
+    "normal": Normal,
+    "ball": Ball,
+    "along": AlongPath,
+    "any": AnyAttitude,
+    "tilted": Tilted,
+    "about": About,
+    "list": Choice,
+    "grid": Grid,
+}
