@@ -101,6 +101,10 @@ class CompilerError(GammastarError, RuntimeError):
         self.log = log
 
 
+class CampaignError(InputError):
+    """A campaign's folder cannot be used: it holds something else, or cannot be written."""
+
+
 class MachineWarning(UserWarning):
     """A slower machine flies than the one that was wished for; what comes out is as good."""
 

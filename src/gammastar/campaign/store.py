@@ -1,0 +1,198 @@
+"""A campaign on disk: a manifest that pins what is flown, and parts of rows, each written whole or not at all.
+
+    DIR/manifest.json        mission, seed, version, flights in all and in a part
+    DIR/parts/00000000.parquet   the rows of the first flights, and so on
+
+A part that is there is complete: it was written under another name and renamed.  So an interrupted campaign goes on with the parts that are
+missing, and what it ends with is what it would have been without the interruption.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gammastar.errors import CampaignError, MissingExtraError
+
+FORMAT = 1  # of the folder
+MANIFEST, PARTS = "manifest.json", "parts"
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a campaign's rows follow from, and nothing else."""
+
+    mission: str  # TOML with every default written out
+    seed: int
+    flights: int
+    part: int  # flights in a part; the last one may have fewer
+    machine: str  # that flies them: 'native' or 'casadi'
+    version: str  # of gammastar
+    format: int = FORMAT
+
+    @property
+    def parts(self) -> int:
+        """Return how many parts there are."""
+        return -(-self.flights // self.part)
+
+    def numbers(self, part: int) -> range:
+        """Return the numbers of the flights in a part."""
+        return range(part * self.part, min((part + 1) * self.part, self.flights))
+
+
+@dataclass(frozen=True)
+class Store:
+    """The folder of a campaign."""
+
+    folder: Path
+    manifest: Manifest
+
+    @classmethod
+    def opened(cls, folder: Path, manifest: Manifest) -> Store:
+        """Return the store of a new campaign, or of one that goes on; more flights than before are taken as going on.
+
+        Raises:
+            CampaignError: The folder holds another campaign, or something else.
+        """
+        if (folder / MANIFEST).exists():
+            held = cls.read(folder).manifest
+            if (what := _difference(held, manifest)) is not None:
+                raise CampaignError(
+                    f"{folder} must be an empty folder or one of this campaign (got one {what}); choose another one"
+                )
+            if held.flights > manifest.flights:
+                raise CampaignError(
+                    f"a campaign that goes on must have at least its {held.flights} flights (got {manifest.flights}); choose another folder"
+                )
+        elif folder.is_dir() and any(folder.iterdir()):
+            raise CampaignError(
+                f"{folder} must be an empty folder or one of this campaign (got other files); choose another one"
+            )
+        store = cls(folder, manifest)
+        with _told(folder):
+            (folder / PARTS).mkdir(parents=True, exist_ok=True)
+            text = json.dumps(dataclasses.asdict(manifest), indent=2, sort_keys=True) + "\n"
+            with _replacing(folder / MANIFEST) as draft:
+                draft.write_text(text, encoding="utf-8")
+        return store
+
+    @classmethod
+    def read(cls, folder: Path) -> Store:
+        """Return the store in a folder.
+
+        Raises:
+            CampaignError: There is none that this version reads.
+        """
+        try:
+            values = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+            if values.get("format") != FORMAT:
+                raise CampaignError(
+                    f"{folder} must hold a campaign of format {FORMAT} (got {values.get('format')}); read it with gammastar "
+                    f"{values.get('version')}"
+                )
+            return cls(folder, Manifest(**values))
+        except FileNotFoundError:
+            raise CampaignError(
+                f"{folder} must hold a campaign (got no {MANIFEST} in it); name the folder of --out"
+            ) from None
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise CampaignError(
+                f"{folder / MANIFEST} must be one that a campaign wrote (got {error}); name another folder"
+            ) from error
+
+    def path(self, part: int) -> Path:
+        """Return the file of a part."""
+        return self.folder / PARTS / f"{part:08d}.parquet"
+
+    def missing(self) -> list[int]:
+        """Return the parts that are still to be flown; a last one that has become longer is one of them."""
+        _, parquet = arrow()
+        wanted = {part: len(self.manifest.numbers(part)) for part in range(self.manifest.parts)}
+        return [part for part, count in wanted.items() if _rows(parquet, self.path(part)) != count]
+
+    def write(self, part: int, table: Any) -> None:
+        """Write the rows of a part, whole or not at all.
+
+        Raises:
+            CampaignError: The folder cannot be written; what was there before is still there.
+        """
+        _, parquet = arrow()
+        with _told(self.folder), _replacing(self.path(part)) as draft:
+            parquet.write_table(table, draft, compression="zstd")
+
+    def dataset(self) -> Any:
+        """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces however large it is."""
+        arrow()
+        from pyarrow import dataset
+
+        files = [str(self.path(part)) for part in range(self.manifest.parts) if self.path(part).exists()]
+        if not files:
+            raise CampaignError(f"{self.folder} must hold flights (got none yet); let the campaign go on first")
+        return dataset.dataset(files, format="parquet")
+
+
+def arrow() -> tuple[Any, Any]:
+    """Return pyarrow and its Parquet module.
+
+    Raises:
+        MissingExtraError: They are not installed.
+    """
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise MissingExtraError("pyarrow", "data", "a campaign") from error
+    return pyarrow, pyarrow.parquet
+
+
+def _rows(parquet: Any, file: Path) -> int | None:
+    """Return how many rows a part has; None where there is none that can be read."""
+    try:
+        return int(parquet.read_metadata(file).num_rows)
+    except (OSError, ValueError):  # pyarrow's own errors are both
+        return None
+
+
+def _difference(held: Manifest, wanted: Manifest) -> str | None:
+    """Return in what two campaigns differ, other than how many flights they have."""
+    said = {
+        "mission": "of another mission",
+        "seed": f"of the seed {held.seed}",
+        "machine": f"flown by the machine {held.machine!r}",
+        "part": f"with {held.part} flights in a part",
+        "version": f"of gammastar {held.version}",
+    }
+    return next((text for name, text in said.items() if getattr(held, name) != getattr(wanted, name)), None)
+
+
+@contextlib.contextmanager
+def _replacing(file: Path) -> Iterator[Path]:
+    """Yield a draft that takes the place of a file when the block has ended well, and goes away otherwise."""
+    handle, name = tempfile.mkstemp(dir=file.parent, prefix=".draft-")
+    os.close(handle)
+    draft = Path(name)
+    try:
+        yield draft
+        os.replace(draft, file)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
+@contextlib.contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Turn what the system says about a folder into one sentence."""
+    try:
+        yield
+    except OSError as error:
+        raise CampaignError(
+            f"{folder} must be a folder that can be written (got {error.strerror or error}); make room or choose another one, "
+            "and start the same command again: flights that are there are kept"
+        ) from error
