@@ -13,7 +13,7 @@ from gammastar.errors import InputError
 from gammastar.mission.distributions import Distribution, Grid
 
 FIRST_CHANNEL = 2**20  # of the random numbers of a campaign, far above those of a flight
-SAMPLINGS = ("random", "sobol")
+
 MOST_SOBOL = 2**30  # flights that points of low discrepancy are made for
 
 

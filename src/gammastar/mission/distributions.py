@@ -296,7 +296,7 @@ class Grid:
 
 def _counted(values: Any) -> int:
     if not isinstance(values, Sequence) or isinstance(values, str) or not len(values):
-        raise InputError(f"values must be a list with at least one (got {shortened(values)}); write [1, 2, 3]")
+        raise InputError(f"choices must be a list with at least one (got {shortened(values)}); write [1, 2, 3]")
     return len(values)
 
 

@@ -59,6 +59,9 @@ class Mission:
         with within("[flight]"):
             timing(*sampling, flight.duration)
         yaw = self._yaw if self._heading is None else self._heading
+        assert (
+            self.file.campaign is None or self.file.campaign.distributions()
+        )  # refuses bad ones now, not when it is flown
         assert self._limits  # refuses bad limits now, not when the mission is certified
         loop, _, steps = prepared(law, start, self._reference, yaw, conditions)
         with within("[[replacements]]"):

@@ -32,6 +32,7 @@ from gammastar.law import Along, Approach, Azimuth, Towards, design
 from gammastar.law.design import CHAINS, INTERFACES
 from gammastar.mission import orientation
 from gammastar.mission.autopilot import FilterSection, IntegralSection, ObserverSection
+from gammastar.mission.campaign import CampaignSection
 from gammastar.mission.complaint import SectionError, UnknownKeyError, shown
 from gammastar.mission.paths import AnyPath
 from gammastar.mission.references import AnyReference
@@ -191,6 +192,7 @@ class MissionFile(Section):
     wind: WindSection | None = None
     limits: SerializeAsAny[Construction] = Field(default_factory=LimitsSection)
     flight: FlightSection = Field(default_factory=FlightSection)
+    campaign: CampaignSection | None = None
 
     @field_validator("vehicle", mode="wrap")
     @classmethod

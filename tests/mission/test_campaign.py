@@ -1,0 +1,88 @@
+"""The [campaign] section: every kind of distribution is read and written, and what does not fit is refused in one sentence."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from gammastar.errors import InputError
+from gammastar.mission import Mission, load
+from gammastar.mission.campaign import QUANTITIES
+
+GOOD: list[dict[str, Any]] = [
+    {"quantity": "start.attitude", "kind": "any"},
+    {"quantity": "start.attitude", "kind": "tilted", "low": 90.0},
+    {"quantity": "start.attitude", "kind": "about", "axis": [0.0, 1.0, 0.0]},
+    {"quantity": "start.position", "kind": "ball", "radius": 2.0, "center": [0.0, 0.0, 2.0]},
+    {"quantity": "start.position", "kind": "along", "radius": 0.5},
+    {"quantity": "wind.mean", "kind": "box", "low": [-1.0, -1.0, 0.0], "high": [1.0, 1.0, 0.5]},
+    {"quantity": "truth.mass_scale", "kind": "normal", "mean": 1.0, "deviation": 0.1, "low": 0.8},
+    {"quantity": "truth.inertia_scale", "kind": "uniform", "low": [0.9, 0.9, 0.8], "high": [1.1, 1.1, 1.2]},
+    {"quantity": "truth.force_scale", "kind": "log-uniform", "low": 0.5, "high": 2.0},
+    {"quantity": "path.radius", "kind": "grid", "choices": [1.0, 2.0]},
+    {"quantity": "controller.poles", "kind": "list", "choices": [-4.0, -6.0], "probabilities": [0.3, 0.7]},
+]
+
+
+@pytest.fixture(scope="module")
+def mission() -> Mission:
+    return load("quadrotor")
+
+
+def varied(mission: Mission, *given: dict[str, Any], **more: Any) -> Mission:
+    return mission.with_values({"campaign": {"vary": list(given), **more}})
+
+
+@pytest.mark.parametrize("given", GOOD, ids=lambda each: f"{each['quantity']}-{each['kind']}")
+def test_what_is_written_is_read_again(mission: Mission, given: dict[str, Any]) -> None:
+    campaign = varied(mission, given, sampling="sobol")
+    again = Mission.from_values(tomllib.loads(campaign.toml()))
+    assert again == campaign
+    assert again.file.campaign is not None
+    assert list(again.file.campaign.distributions()) == [given["quantity"]]
+    assert again != mission
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"quantity": "start.attitude", "kind": "ball", "radius": 1.0}, "start.attitude must vary over attitudes"),
+        (
+            {"quantity": "truth.mass_scal", "kind": "uniform", "low": 0.5, "high": 1.0},
+            'did you mean "truth.mass_scale"',
+        ),
+        ({"quantity": "truth.mass_scale", "kind": "uniform", "low": 1.0, "high": 1.0}, "low must be below high"),
+        ({"quantity": "truth.mass_scale", "kind": "unifrm"}, 'did you mean "uniform"'),
+        ({"quantity": "path.radius", "kind": "grid", "choices": []}, "at least one"),
+        ({"quantity": "path.radius", "kind": "grid", "choices": 3}, "choices must be a list"),
+        ({"quantity": "a", "kind": "list", "choices": [1, 2], "probabilities": [0.5, 0.6]}, "must sum to one"),
+        ({"kind": "any"}, 'must have the key "quantity"'),
+        ({"quantity": "start.attitude", "kind": "any", "radius": 1.0}, 'unknown key "radius"'),
+        ({"quantity": "wind.mean", "kind": "ball", "radius": float("nan")}, "finite"),
+    ],
+)
+def test_what_does_not_fit_is_refused(mission: Mission, given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        varied(mission, given)
+
+
+def test_a_quantity_varies_once(mission: Mission) -> None:
+    with pytest.raises(InputError, match="must vary once"):
+        varied(mission, GOOD[0], GOOD[1])
+
+
+def test_something_varies(mission: Mission) -> None:
+    with pytest.raises(InputError, match="vary must be a list"):
+        varied(mission)
+    with pytest.raises(InputError, match="sampling must be one of"):
+        varied(mission, GOOD[0], sampling="sobel")
+
+
+def test_every_quantity_has_an_example() -> None:
+    assert set(QUANTITIES) - {given["quantity"] for given in GOOD} == {
+        "start.velocity",
+        "start.angular_velocity",
+        "truth.thrust_scale",
+    }
