@@ -209,7 +209,7 @@ class Autopilot:
         return ca.fmin(ca.fmax(pace + self.interval * rate, 0), 1)
 
     @property
-    def dearest_along(self) -> float:
+    def dearest_along(self) -> Any:
         """Return the most of the highest derivative along the path that may be given up [m/s^4].
 
         As much as an error of the acceleration along of half of gravity asks for.  Without a bound the price of an attitude far from
@@ -217,7 +217,7 @@ class Autopilot:
         """
         vehicle = self.vehicle
         thrust = vehicle.weight or (vehicle.rotors.thrust_range[1] if vehicle.rotors else vehicle.mass)
-        return ALONG_SHARE * thrust / vehicle.moved_mass * float(self.law.gains["speed"][1])
+        return ALONG_SHARE * thrust / vehicle.moved_mass * self.law.gains["speed"][1]
 
     @property
     def horizon(self) -> float:

@@ -69,13 +69,16 @@ class Feedback:
             )
 
     @functools.cached_property
-    def gains(self) -> dict[str, np.ndarray]:
-        """Return the gains by chain, k_1 first; Eqs. (25), (26)."""
+    def gains(self) -> dict[str, Any]:
+        """Return the gains by chain, k_1 first, (n,) numbers, or graphs of a law from `tuned`; Eqs. (25), (26)."""
         return {chain: gains_from_poles(poles) for chain, poles in self.poles.items()}
 
-    def tangential_gains(self, holds_position: bool) -> np.ndarray:
+    def tangential_gains(self, holds_position: bool) -> Any:
         """Return (k_1, ..., k_4) of the chain along the path, one less for rates; without a position to hold k_1 is zero, Eq. (26)."""
-        return self.gains["tangential"] if holds_position else np.concatenate([[0.0], self.gains["speed"]])
+        speed = self.gains["speed"]
+        if holds_position:
+            return self.gains["tangential"]
+        return ca.vertcat(0, speed) if isinstance(speed, ca.SX) else np.concatenate([[0.0], speed])
 
     @property
     def signature(self) -> tuple[Any, ...]:
@@ -136,8 +139,8 @@ class Feedback:
             along = self.longest_error * ca.norm_2(outputs.tangential_gradient)
             error = ca.vertcat(bounded(error[0], along), error[1:])
         per_row = [self.gains["transverse"]] * (self.path.components - 1) + [self.gains["transverse_2"]]
-        transverse_rate = -ca.sum2(ca.DM(np.array(per_row)) * transverse)
-        return transverse_rate, reference[order] - ca.dot(ca.DM(self.tangential_gains(holds_position)), error)
+        transverse_rate = -ca.sum2(ca.horzcat(*map(_graph, per_row)).T * transverse)
+        return transverse_rate, reference[order] - ca.dot(_graph(self.tangential_gains(holds_position)), error)
 
     def rate_control(
         self,
@@ -168,7 +171,7 @@ class Feedback:
         """Graph: return thrust rate and body rates SX (2,) that bring the vehicle to a fixed place of the path, as `wait` does."""
         error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
         chain = ca.horzcat(error, state.velocity, self.vehicle.acceleration(state, unknown))
-        jerk = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
+        jerk = -ca.mtimes(chain, _graph(self.gains["transverse"]))
         thrust_rate, rates = self.vehicle.rates_for(state, jerk, state.angular_velocity[2], unknown)
         return thrust_rate, rates[:2]
 
@@ -185,16 +188,16 @@ class Feedback:
         error = bounded(state.position - self.path.foot(state.position, place), self.longest_error)
         acceleration, jerk = self.vehicle.acceleration(state, unknown), self.vehicle.jerk(state, unknown)
         chain = ca.horzcat(error, state.velocity, acceleration, jerk)
-        snap = -ca.mtimes(chain, ca.DM(self.gains["transverse"]))
+        snap = -ca.mtimes(chain, _graph(self.gains["transverse"]))
         return self.vehicle.input_for(state, snap, self.yaw_acceleration(yaw, state, place, ca.SX(0)), unknown)
 
     @property
-    def lead(self) -> float:
+    def lead(self) -> Any:
         """Return the time [s] in which a velocity across the path dies out: k_2 / k_1, the sum of the poles' time constants."""
-        return float(self.gains["transverse"][1] / self.gains["transverse"][0])
+        return self.gains["transverse"][1] / self.gains["transverse"][0]
 
     @property
-    def longest_error(self) -> float:
+    def longest_error(self) -> Any:
         """Return the length [m] to which an approach cuts the transverse error: e_max = speed k_2 / k_1."""
         assert self.approach is not None
         return self.approach.speed * self.lead
@@ -208,3 +211,8 @@ class Feedback:
         else:
             reference, reference_rate = ca.vertsplit(ca.vertcat(yaw, 0)[:2])
         return reference_rate - self.gains["yaw"][0] * (value - reference)
+
+
+def _graph(gains: Any) -> Any:
+    """Graph: return gains as a column, whether they are numbers or graphs already."""
+    return gains if isinstance(gains, ca.SX) else ca.DM(gains)
