@@ -20,6 +20,7 @@ from gammastar.flight.plant import MOTION, Plant
 from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
+from gammastar.flight.variation import Variation, graphs_of, parameters_of
 from gammastar.flight.wind import Wind
 from gammastar.law import Law, Reference
 from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot, Stepped
@@ -40,6 +41,7 @@ class AutopilotLoop:
     plant: Plant
     sensors: Sensors
     wind: Wind
+    varied: tuple[str, ...] = ()  # what the parameters of a step are, see `Variation`
 
     @property
     def guidance(self) -> Guidance:
@@ -102,18 +104,22 @@ class AutopilotLoop:
         references: Sequence[Reference],
         seed: int,
         flights: ArrayLike,
+        varying: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the loop states (n, flights) at the starts of flights from stacked states (20, flights)."""
+        """Return the loop states (n, flights) at the starts of flights from stacked states (20, flights) with parameters (p, flights)."""
         started = engine.compiled(("start", self.signature), self._started)
-        return np.vstack([started(states, self.law.places(parameters)).full(), self.wind.start(seed, flights)])
+        given = states, self.law.places(parameters), np.empty((0, len(parameters))) if varying is None else varying
+        return np.vstack([started(*given).full(), self.wind.start(seed, flights)])
 
     def _started(self) -> Any:
-        """Return the function (stacked state, place) -> loop state at the start, without wind."""
+        """Return the function (stacked state, place, parameters) -> loop state at the start, without wind."""
         state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
-        waiting = self.guidance.waits_first(state, place)
-        pilot = self.autopilot.started(state[:MOTION], state[18], state[19], place[0], waiting)
-        parts = self.plant.start(state), place[0], self.sensors.start(state, 1 / self.interval), pilot
-        return ca.Function("started", [state, place], [ca.densify(ca.vertcat(*parts))])
+        parameters = parameters_of(self.varied, self.law)
+        loop = self.with_variation(graphs_of(self.varied, self.law, parameters)) if self.varied else self
+        waiting = loop.guidance.waits_first(state, place)
+        pilot = loop.autopilot.started(state[:MOTION], state[18], state[19], place[0], waiting)
+        parts = loop.plant.start(state), place[0], loop.sensors.start(state, 1 / loop.interval), pilot
+        return ca.Function("started", [state, place, parameters], [ca.densify(ca.vertcat(*parts))])
 
     def guided(self, guidance: Guidance) -> AutopilotLoop:
         """Return the same loop with another law, reference or heading."""
@@ -144,7 +150,7 @@ class AutopilotLoop:
     @property
     def signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of a step as a constant."""
-        return (*self._signature, self.sensors.signature, self.wind.signature)
+        return (*self._signature, self.sensors.signature, self.wind.signature, self.varied)
 
     @property
     def _signature(self) -> tuple[Any, ...]:
@@ -152,26 +158,46 @@ class AutopilotLoop:
         return ("autopilot loop", self.autopilot.signature, self.plant.signature, late)
 
     def _core(self) -> Any:
-        """Return the function (loop state, no parameters, column, rows) -> (next loop state, observation) of a `Step`."""
+        """Return the function (loop state, parameters, column, rows) -> (next loop state, observation) of a `Step`."""
         loop_state, column = ca.SX.sym("loop_state", sum(self.sizes)), ca.SX.sym("column", 1 + 2 * len(self.pairs))
         rows, rate = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size), 1 / self.interval
+        parameters = parameters_of(self.varied, self.law)
+        variation = graphs_of(self.varied, self.law, parameters)
         draws, cut = Draws(self.pairs, column[1:]), sum(self.sizes[:4])
-        errors, air = self.sensors.drawn(column[0], draws, rate), self.wind.velocity(loop_state[cut:])
-        after, observation = self.given()(loop_state[:cut], column[0] * self.interval, air, errors, rows)
+        errors = self.sensors.drawn(column[0], draws, rate)
+        air = self.wind.velocity(loop_state[cut:]) + variation.wind
+        inputs = loop_state[:cut], column[0] * self.interval, air, errors, rows
+        after, observation = self.with_variation(variation)._interval(*inputs) if self.varied else self.given()(*inputs)
         wind = self.wind.advanced(loop_state[cut:], draws, rate)
         results = ca.cse([ca.densify(ca.vertcat(after, wind)), ca.densify(observation)])
-        return ca.Function("core", [loop_state, ca.SX.sym("parameters", 0), column, rows], results)
+        return ca.Function("core", [loop_state, parameters, column, rows], results)
+
+    def of(self, truth: Vehicle) -> AutopilotLoop:
+        """Return the same loop around another vehicle."""
+        return dataclasses.replace(self, plant=dataclasses.replace(self.plant, vehicle=truth))
+
+    def with_variation(self, variation: Variation) -> AutopilotLoop:
+        """Graph: return the loop whose truth and tuning are given by graphs, or by the numbers of one flight."""
+        plant = dataclasses.replace(
+            self.plant, vehicle=variation.vehicle(self.truth), thrust_scale=self.plant.thrust_scale * variation.thrust
+        )
+        guidance = dataclasses.replace(self.guidance, law=variation.law(self.law))
+        return dataclasses.replace(self.guided(guidance), plant=plant)
 
     def _given(self) -> Any:
         loop_state, time = ca.SX.sym("loop_state", sum(self.sizes[:4])), ca.SX.sym("time")
         wind, errors = ca.SX.sym("wind", 3), ca.SX.sym("errors", ERRORS)
         rows = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size)
+        inputs = [loop_state, time, wind, errors, rows]
+        return ca.Function("given", inputs, [ca.densify(each) for each in self._interval(*inputs)])
+
+    def _interval(self, loop_state: Any, time: Any, wind: Any, errors: Any, rows: Any) -> tuple[Any, Any]:
+        """Graph: return the next state and the observation of one interval; see `given`."""
         plant, true_parameter, memory, pilot = ca.vertsplit(loop_state, [0, *np.cumsum(self.sizes[:4])])
         memory, measurement = self.measured(plant, memory, errors)
         stepped = self.autopilot.step(pilot, measurement, time, Surroundings(rows[DATA_SIZE:], rows[:DATA_SIZE]))
         after, nearest, observation = self.moved(plant, true_parameter, pilot[1], stepped, wind, rows[DATA_SIZE:])
-        results = [ca.vertcat(after, nearest, memory, stepped.state), observation]
-        return ca.Function("given", [loop_state, time, wind, errors, rows], [ca.densify(each) for each in results])
+        return ca.vertcat(after, nearest, memory, stepped.state), observation
 
     def measured(self, plant: Any, memory: Any, errors: Any) -> tuple[Any, Any]:
         """Graph: return the next memory of the sensors, and the measurement SX (22,) as an interval begins."""

@@ -135,7 +135,7 @@ class Conditions:
                 f"a compiled autopilot must fly at its own rate (got {1 / interval:g} Hz, and it has {1 / self.pilot.interval:g} Hz); "
                 "give that rate, or compile it again"
             )
-        return PilotedLoop(*loop, self.pilot)
+        return PilotedLoop(*loop, pilot=self.pilot)
 
     def autopilot(self, guidance: Guidance) -> Autopilot:
         """Return what runs on the vehicle's computer; a law that acts continuously is taken to act at `AUTOPILOT_RATE`."""

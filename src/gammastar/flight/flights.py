@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,14 +13,15 @@ import numpy as np
 from gammastar.checks import whole
 from gammastar.errors import InputError, SingularStartError
 from gammastar.flight.autopiloted import AutopilotLoop
-from gammastar.flight.fly import recorded
+from gammastar.flight.fly import Family, recorded
 from gammastar.flight.loop import ClosedLoop
 from gammastar.flight.phases import Phase
 from gammastar.flight.record import FlightRecord, Status
 from gammastar.flight.reductions import columns_of
 from gammastar.flight.summary import Summary
 from gammastar.flight.task import Chance, Task
-from gammastar.vehicle import State
+from gammastar.flight.variation import sizes_of
+from gammastar.vehicle import Scales, State, scaled
 
 QUANTILES = {"min": 0.0, "5%": 0.05, "median": 0.5, "95%": 0.95, "max": 1.0}
 
@@ -38,6 +40,10 @@ class Flights(Mapping[str, np.ndarray]):
     firsts: np.ndarray  # (m, flown) states of the loop at their starts
     final: np.ndarray  # (1 + k, n) numbers of the statuses, and the measures at the end
     engine: str
+    varied: tuple[str, ...] = ()  # names of what differs beside the starts
+    parameters: np.ndarray = field(
+        default_factory=lambda: np.empty((0, 0))
+    )  # and its numbers (p, n), one below the other
     records: dict[int, FlightRecord] = field(default_factory=dict)  # those asked for, by place
 
     @functools.cached_property
@@ -48,7 +54,10 @@ class Flights(Mapping[str, np.ndarray]):
             return columns | {"status": np.full(count, Status.SINGULAR_START.name.lower())}
         loop = self.loops[self.flown[0]]
         assert loop is not None
-        return columns | columns_of(loop, self.final)
+        scales = np.ones(count)
+        if "mass_scale" in self.varied:
+            scales = self._of("mass_scale")[0]
+        return columns | columns_of(loop, self.final, loop.truth.mass * scales)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a column (n,)."""
@@ -102,7 +111,26 @@ class Flights(Mapping[str, np.ndarray]):
                 {},
             )
         first = self.firsts[:, np.searchsorted(self.flown, place)]
-        phases = [Phase(0, self.task.law, self.task.reference)]
+        phases = [Phase(0, loop.law, self.task.reference)]
         chance = Chance(self.seed, int(self.numbers[place]))
-        given = self.task, self.starts[place], loop, first, self.steps, phases, chance
-        return recorded(*given, machine=self.engine)
+        shown = self._alone(loop, place) if self.varied else loop
+        task = dataclasses.replace(self.task, law=loop.law)
+        given = task, self.starts[place], shown, first, self.steps, phases, chance
+        return recorded(*given, machine=self.engine, family=Family(loop.step(), self.parameters[:, place]))
+
+    def _alone(self, loop: ClosedLoop | AutopilotLoop, place: int) -> ClosedLoop | AutopilotLoop:
+        """Return the loop of a flight around the vehicle that really flew, to tell of it: it was flown as one of a family."""
+        scales = {
+            name: self._of(f"{name}_scale")[:, place] for name in Scales._fields if f"{name}_scale" in self.varied
+        }
+        thrust = float(self._of("thrust_scale")[0, place]) if "thrust_scale" in self.varied else 1.0
+        numbers = {name: value if name == "inertia" else float(value[0]) for name, value in scales.items()}
+        return loop.of(scaled(loop.truth, Scales(**numbers), thrust))
+
+    def _of(self, name: str) -> np.ndarray:
+        """Return the numbers (k, n) of one of the things that differ."""
+        loop = self.loops[self.flown[0]]
+        assert loop is not None
+        sizes = sizes_of(self.varied, loop.law)
+        first = sum(size for other, size in list(sizes.items())[: self.varied.index(name)])
+        return self.parameters[first : first + sizes[name]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -112,6 +112,13 @@ def fly(
     return record
 
 
+class Family(NamedTuple):
+    """The step that a flight takes together with others, and its own parameters of it."""
+
+    step: engine.Step
+    parameters: np.ndarray | None = None
+
+
 def recorded(
     wanted: Task,
     start: State,
@@ -122,13 +129,14 @@ def recorded(
     chance: Chance,
     progress: Callable[[int, int], None] | None = None,
     machine: str = "casadi",
+    family: Family | None = None,
 ) -> FlightRecord:
-    """Return the record of a flight whose loop starts with a state and takes some steps."""
+    """Return the record of a flight whose loop starts with a state and takes some steps; one of a family takes the family's."""
     times, law = np.arange(steps + 1) * loop.interval, wanted.law
     watch = Watch(float(least_thrust(first)), loop.interval / loop.substeps, loop.is_ideal)
     if not float(ca.norm_2(first[15:18])) * watch.step < LARGEST_TURN:
         watch.status = Status.UNRESOLVED
-    parts = _flown(loop, first, phases, times, chance, watch, progress, machine)
+    parts = _flown(loop, first, phases, times, chance, watch, progress, machine, family)
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     status, count = watch.status, len(rows["state"])
     if loop.is_ideal:
@@ -179,6 +187,7 @@ def _flown(
     watch: Watch,
     progress: Callable[[int, int], None] | None,
     machine: str,
+    family: Family | None,
 ) -> list[dict[str, np.ndarray]]:
     """Return the rows of every phase that is reached; the last one has the row at the end, for whose sake one more step is taken."""
     parts, last, steps = list[dict[str, np.ndarray]](), first, len(times) - 1
@@ -190,8 +199,9 @@ def _flown(
             if progress is not None:
                 progress(min(row + done, steps), steps)
 
-        numbers: dict[str, Any] = {**chance._asdict(), "first": phase.row, "machine": machine}
-        drawn: Any = functools.partial(engine.trace, loop.step(), first, **numbers)
+        taken, parameters = family or Family(loop.step())
+        numbers: dict[str, Any] = {**chance._asdict(), "first": phase.row, "machine": machine, "parameters": parameters}
+        drawn: Any = functools.partial(engine.trace, taken, first, **numbers)
         count = end - phase.row if watch.status is Status.COMPLETED else 0
         states, observations = drawn(count, stop=watch, progress=told, chunk=max(1, engine.CHUNK // loop.substeps))
         if observations.shape[1] == 0 and not parts:  # not even the first step was good: show the start itself

@@ -21,6 +21,7 @@ from gammastar.flight.integrator import Integrator
 from gammastar.flight.noise import SensorNoise, measured
 from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
+from gammastar.flight.variation import Variation, graphs_of, parameters_of, unknown_in
 from gammastar.law import Law, Reference
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.piecewise import DATA_SIZE
@@ -50,6 +51,7 @@ class ClosedLoop:
     interval: float  # [s] between rows of the record: the integration step, or the control interval
     substeps: int  # integration steps in an interval; 1 for continuous feedback
     noise: SensorNoise | None = None
+    varied: tuple[str, ...] = ()  # what the parameters of a step are, see `Variation`
 
     @property
     def law(self) -> Law:
@@ -81,10 +83,25 @@ class ClosedLoop:
         """Return everything that enters the graph of `_core` as a constant."""
         timing = (self.integrator.name, self.feedback, self.interval, self.substeps)
         noise = None if self.noise is None else tuple(self.noise.deviations())
-        return ("step", self.guidance.signature, self.truth.signature, timing, noise)
+        return ("step", self.guidance.signature, self.truth.signature, timing, noise, self.varied)
 
     def _core(self) -> Any:
-        """Return the function (loop state (27,), no parameters, column, rows) -> (next loop state, observation) of a `Step`."""
+        """Return the function (loop state (27,), parameters, column, rows) -> (next loop state, observation) of a `Step`."""
+        parameters = parameters_of(self.varied, self.law)
+        inputs, results = self.with_variation(graphs_of(self.varied, self.law, parameters))._interval()
+        return ca.Function("core", [inputs[0], parameters, *inputs[1:]], ca.cse([ca.densify(each) for each in results]))
+
+    def of(self, truth: Vehicle) -> ClosedLoop:
+        """Return the same loop around another vehicle."""
+        return dataclasses.replace(self, truth=truth)
+
+    def with_variation(self, variation: Variation) -> ClosedLoop:
+        """Graph: return the loop whose truth and tuning are given by graphs, or by the numbers of one flight."""
+        guidance = dataclasses.replace(self.guidance, law=variation.law(self.law))
+        return dataclasses.replace(self, guidance=guidance, truth=variation.vehicle(self.truth))
+
+    def _interval(self) -> tuple[list[Any], list[Any]]:
+        """Graph: return loop state, column and rows as symbols, and the next loop state and observation."""
         loop_state, column = ca.SX.sym("loop_state", LOOP_SIZE), ca.SX.sym("column", 1 + 2 * len(self.pairs))
         rows = ca.SX.sym("rows", DATA_SIZE + self.law.path.data_size)
         time, data = column[0] * self.interval, rows[DATA_SIZE:]
@@ -96,8 +113,7 @@ class ClosedLoop:
             after, decision, parameter, waiting = self._sampled(loop_state, state, seen, time, around)
         nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
         observation = self._observation(state, nearest, loop_state[PARAMETER], waiting, decision, data)
-        results = ca.cse([ca.densify(after), ca.densify(observation)])
-        return ca.Function("core", [loop_state, ca.SX.sym("parameters", 0), column, rows], results)
+        return [loop_state, column, rows], [after, observation]
 
     def start(
         self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0, held: np.ndarray | None = None
@@ -114,13 +130,18 @@ class ClosedLoop:
         references: Sequence[Reference],
         seed: int,
         flights: ArrayLike,
+        varying: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the loop states (27, n) at the starts of flights from stacked states (20, n), each with its reference, or all with one."""
+        """Return the loop states (27, n) at the starts of flights from stacked states (20, n) with parameters (p, n).
+
+        Each has its reference, or all have one.
+        """
         keys = parameters if self.reference.over_progress else np.zeros(len(parameters))
         pairs = zip(references, keys, strict=True) if len(references) > 1 else [(references[0], keys)]
         data = np.hstack([reference.pieces.data(np.atleast_1d(key)) for reference, key in pairs])
         started = engine.compiled(("start", *self.signature[1:]), self._started)
-        return np.asarray(started(states, self.law.places(parameters), data).full())
+        given = np.empty((0, len(parameters))) if varying is None else varying
+        return np.asarray(started(states, self.law.places(parameters), data, given).full())
 
     def guided(self, guidance: Guidance) -> ClosedLoop:
         """Return the same loop with another law, reference or heading."""
@@ -162,13 +183,15 @@ class ClosedLoop:
         )
 
     def _started(self) -> Any:
-        """Return the function (stacked state, place, data of the reference) -> loop state at time zero."""
+        """Return the function (stacked state, place, data of the reference, parameters) -> loop state at time zero."""
         state, reference = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("reference", DATA_SIZE)
         place = ca.SX.sym("place", 1 + self.law.path.data_size)
-        waiting = self.guidance.waits_first(state, place)
-        decision = self.guidance.decide(split(state), place[0], waiting, 0.0, Surroundings(place[1:], reference))
+        parameters = parameters_of(self.varied, self.law)
+        guidance = self.with_variation(graphs_of(self.varied, self.law, parameters)).guidance
+        waiting = guidance.waits_first(state, place)
+        decision = guidance.decide(split(state), place[0], waiting, 0.0, Surroundings(place[1:], reference))
         first = ca.vertcat(state, place[0], place[0], decision.input, waiting)
-        return ca.Function("started", [state, place, reference], [ca.densify(first)])
+        return ca.Function("started", [state, place, reference, parameters], [ca.densify(first)])
 
     def _continuous(
         self, loop_state: Any, state: StateGraph, time: Any, around: Surroundings
@@ -211,10 +234,11 @@ class ClosedLoop:
         ahead = parameter + left * decision.parameter_rate
         symbols = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("input", 4), ca.SX.sym("time")
         moved = self._moved(self.truth, split(symbols[0]), symbols[1], symbols[2], self.interval / self.substeps)
-        substep = ca.Function("substep", symbols, ca.cse([join(moved)]))
+        free = unknown_in([join(moved)], [*symbols])
+        substep = ca.Function("substep", [*symbols, free], ca.cse([join(moved)]))
         vector = join(state)
         for k in range(self.substeps):
-            vector = substep(vector, decision.input, time + k * self.interval / self.substeps)
+            vector = substep(vector, decision.input, time + k * self.interval / self.substeps, free)
         nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
         true_parameter = ca.if_else(waiting, parameter, path.track(vector[:3], ca.vertcat(nearest, data)))
         return ca.vertcat(vector, ahead, true_parameter, decision.input, waiting), decision, parameter, waiting

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar import engine as engines
 from gammastar.checks import instance, shortened, whole
@@ -20,6 +21,7 @@ from gammastar.flight.noise import SensorNoise
 from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.task import Task, task
+from gammastar.flight.variation import given_quantities, tunings
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
@@ -28,7 +30,7 @@ from gammastar.vehicle.state import SIZE as STATE_SIZE
 
 
 def fly_many(
-    law: Law,
+    law: Law | Sequence[Law],
     starts: Sequence[State],
     *,
     speed: float | None = None,
@@ -47,6 +49,7 @@ def fly_many(
     yaw_reference: float = 0.0,
     heading: Heading | None = None,
     settled_within: float = 1e-3,
+    varied: Mapping[str, ArrayLike] | None = None,
     engine: str = "auto",
     workers: int | None = None,
     record: Iterable[int] = (),
@@ -58,10 +61,13 @@ def fly_many(
     one that cannot start is told as such, and raises nothing.  The path stays the same: replacements are flown by `fly`.
 
     Args:
-        law: From `design`.
+        law: From `design`; or one a flight, of laws that differ in poles, approach speed and observer bandwidths alone.
         starts: One a flight.
         seed: Of noise, sensors and gusts of all flights.
         flights: Numbers of the flights, with which their noise goes; counted from zero when left out.
+        varied: What differs from flight to flight in what really flies, (flights,) by name: `mass_scale`, `inertia_scale`, also
+            (flights, 3) for the body axes, `thrust_scale` of the rotors, `force_scale` of all forces but buoyancy, and `wind`
+            (flights, 3) [m/s], world, on top of that of the argument.
         engine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
             'auto' is native where a compiler answers.
         workers: Threads; one for every processor when left out.
@@ -81,19 +87,25 @@ def fly_many(
     )
     if len(numbers) != len(begun):
         raise InputError(f"flights must be one number a start (got {len(numbers)} for {len(begun)}); give as many")
+    laws = [law] * max(1, len(begun)) if isinstance(law, Law) else list(law)
+    if not isinstance(law, Law) and len(laws) != len(begun):
+        raise InputError(f"laws must be one, or one a start (got {len(laws)} for {len(begun)}); give as many")
     kept = [whole(place, "each place to record") for place in record]
     if any(place >= len(begun) for place in kept):
         raise InputError(
             f"places to record must be below the number of flights {len(begun)} (got {max(kept)}); count from zero"
         )
-    wanted = task(law, speed, reference, yaw_reference, heading, settled_within)
+    wanted = task(laws[0], speed, reference, yaw_reference, heading, settled_within)
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
-    _, _, steps = conditions.timing(law)
-    loops, firsts = _begun(wanted, begun, conditions, whole(seed, "seed"), numbers)
+    _, _, steps = conditions.timing(wanted.law)
+    variation = given_quantities(varied, len(begun)) | tunings(laws)
+    parameters = np.vstack([np.empty((0, len(begun))), *variation.values()])
+    loops, firsts = _begun(wanted, laws, begun, conditions, whole(seed, "seed"), numbers, tuple(variation), parameters)
     flown = np.array([place for place, loop in enumerate(loops) if loop is not None], dtype=int)
     final = np.tile(NEVER[:, None], len(begun))
     if flown.size:
         together, given = _together([loops[place] for place in flown], wanted, firsts, steps)
+        given = np.vstack([parameters[:, flown], given])
         total = len(flown) * (steps + 1)
         ended = engines.run(
             together,
@@ -107,13 +119,33 @@ def fly_many(
             progress=None if progress is None else lambda done: progress(done, total),
         )
         final[:, flown] = ended[len(firsts) :]
-    result = Flights(wanted, tuple(begun), tuple(loops), numbers, seed, steps, flown, firsts, final, engine)
+    result = Flights(
+        wanted,
+        tuple(begun),
+        tuple(loops),
+        numbers,
+        seed,
+        steps,
+        flown,
+        firsts,
+        final,
+        engine,
+        tuple(variation),
+        parameters,
+    )
     result.records.update((place, result.record(place)) for place in kept)
     return result
 
 
 def _begun(
-    wanted: Task, starts: list[State], conditions: Conditions, seed: int, numbers: np.ndarray
+    wanted: Task,
+    laws: list[Law],
+    starts: list[State],
+    conditions: Conditions,
+    seed: int,
+    numbers: np.ndarray,
+    names: tuple[str, ...],
+    varying: np.ndarray,
 ) -> tuple[list[ClosedLoop | AutopilotLoop | None], np.ndarray]:
     """Return the loop of every flight, None where it cannot start, and the states (n, flights) of the others at their starts."""
     law = wanted.law
@@ -124,12 +156,13 @@ def _begun(
     if not begins.size:
         return loops, np.empty((0, 0))
     references = _resolved(wanted, parameters[begins])
-    loop = conditions.loop(Guidance(law, references[0], wanted.yaw))
-    firsts = loop.starts(states[:, begins], parameters[begins], references, seed, numbers[begins])
+    loop = dataclasses.replace(conditions.loop(Guidance(law, references[0], wanted.yaw)), varied=names)
+    firsts = loop.starts(states[:, begins], parameters[begins], references, seed, numbers[begins], varying[:, begins])
     finite = np.isfinite(firsts).all(axis=0)
     for index in np.flatnonzero(finite):
-        same = len(references) == 1
-        loops[begins[index]] = loop if same else loop.guided(Guidance(law, references[index], wanted.yaw))
+        own, reference = laws[begins[index]], references[0 if len(references) == 1 else index]
+        same = len(references) == 1 and own is law
+        loops[begins[index]] = loop if same else loop.guided(Guidance(own, reference, wanted.yaw))
     return loops, firsts[:, finite]
 
 

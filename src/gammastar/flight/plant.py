@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from gammastar.flight.integrator import Integrator
+from gammastar.flight.variation import unknown_in
 from gammastar.law.actuation import actuation_of
 from gammastar.law.autopilot import pending_intervals
 from gammastar.vehicle import Rotors, StateGraph, Vehicle
@@ -28,6 +29,7 @@ class Plant:
     substeps: int  # integration steps in an interval
     integrator: Integrator
     interface: str = "wrench"  # or 'rates': commands are thrust and body rates, followed by an inner loop
+    thrust_scale: Any = 1.0  # of the rotors' thrust coefficients; a number or a graph
 
     @property
     def rotors(self) -> Rotors | None:
@@ -62,7 +64,9 @@ class Plant:
     def start(self, state: Any) -> Any:
         """Graph: return the first state (size,) of a vehicle with a stacked state (20,), whose actuators give the thrust in it."""
         actuation = actuation_of(self.vehicle, self.interface)
-        held = ca.vertcat(state[18], 0, 0, 0) if self.rotor_count == 0 else actuation.start(state[18])
+        held = ca.vertcat(state[18], 0, 0, 0)
+        if self.rotor_count:
+            held = actuation.start(state[18] / self.thrust_scale)
         return ca.vertcat(state[:MOTION], *([held] if self.rotor_count else []), *([held] * self.pending))
 
     def acting(self, state: Any, command: Any) -> Any:
@@ -85,14 +89,13 @@ class Plant:
         wrench = acting
         if rotors is not None:
             speeds = self.speeds(state, acting)
-            wrench = rotors.wrench(rotors.thrusts(speeds))
-            coefficient = ca.DM(np.asarray(rotors.thrust_coefficient))
+            wrench = self._wrench(rotors, speeds)
+            coefficient = self.thrust_scale * ca.DM(np.asarray(rotors.thrust_coefficient))
             thrust_rate = ca.sum1(2 * coefficient * speeds * self._speed_rates(speeds, acting))
         attitude, rates = ca.reshape(state[6:15], 3, 3), state[15:18]
         if self.interface == "rates":
-            inertia = ca.DM(np.asarray(self.vehicle.inertia))
-            gyroscopic = ca.cross(rates, ca.mtimes(inertia, rates))
-            wrench = ca.vertcat(acting[0], ca.mtimes(inertia, self._following(rates, acting)) + gyroscopic)
+            gyroscopic = ca.cross(rates, self.vehicle.momentum(rates))
+            wrench = ca.vertcat(acting[0], self.vehicle.momentum(self._following(rates, acting)) + gyroscopic)
         return StateGraph(state[0:3], state[3:6], attitude, rates, wrench[0], thrust_rate), wrench
 
     def _following(self, angular_velocity: Any, acting: Any) -> Any:
@@ -116,10 +119,11 @@ class Plant:
 
         moved = self.integrator.advance(field, 0.0, symbols[0], symbols[1], length)
         results = [*moved, self._followed(constants[0], constants[1], length)]
-        substep = ca.Function("substep", [*symbols, *constants], ca.cse(results))
+        free = unknown_in(results, [*symbols, *constants])
+        substep = ca.Function("substep", [*symbols, *constants, free], ca.cse(results))
         euclidean, speeds = ca.vertcat(state[0:6], state[15:MOTION]), self.speeds(state, acting)
         for _ in range(self.substeps):
-            attitude, euclidean, speeds = substep(attitude, euclidean, speeds, acting, wind)
+            attitude, euclidean, speeds = substep(attitude, euclidean, speeds, acting, wind, free)
         queue = ca.vertcat(state[MOTION + self.rotor_count :], command)[self.command_size :]
         pending = queue if self.pending else ca.SX(0, 1)
         return ca.vertcat(euclidean[:6], ca.vec(attitude), euclidean[6:], speeds, pending)
@@ -127,12 +131,16 @@ class Plant:
     def _field(self, attitude: Any, euclidean: Any, speeds: Any, command: Any, wind: Any) -> tuple[Any, Any]:
         """Graph: return the body rates, and the rates of everything but the attitude and the rotors."""
         velocity, rates = euclidean[3:6], euclidean[6:9]
-        wrench = command if self.rotors is None else self.rotors.wrench(self.rotors.thrusts(speeds))
+        wrench = command if self.rotors is None else self._wrench(self.rotors, speeds)
         state = StateGraph(euclidean[0:3], velocity, attitude, rates, wrench[0], ca.SX(0))
         acceleration = self.vehicle.acceleration(state, wind=wind)
         by_rates = self.interface == "rates"
         turning = self._following(rates, command) if by_rates else self.vehicle.angular_acceleration(rates, wrench[1:])
         return rates, ca.vertcat(velocity, acceleration, turning)
+
+    def _wrench(self, rotors: Rotors, speeds: Any) -> Any:
+        """Graph: return the wrench SX (4,) of rotors at speeds SX (n,); their yaw torque does not scale with the thrust."""
+        return ca.vertcat(*(3 * [self.thrust_scale]), 1) * rotors.wrench(rotors.thrusts(speeds))
 
     def _followed(self, speeds: Any, command: Any, time: float) -> Any:
         """Graph: return the rotor speeds SX (n,) [rad/s] a time [s] into a held command: known exactly, however short the lag."""

@@ -92,7 +92,10 @@ NEVER = np.array([CODES.index(Status.SINGULAR_START), *FIRST[1:]])  # and of one
 
 
 def reduced(loop: ClosedLoop | AutopilotLoop) -> engine.Step:
-    """Return the step of a loop that carries the measures along and ends with its status; its parameters are `Parameters`."""
+    """Return the step of a loop that carries the measures along and ends with its status.
+
+    Its parameters are those of the loop's step, and below them `Parameters`.
+    """
     step = loop.step()
     key = ("reduced", loop.signature, loop.substeps)
     core = engine.compiled(key, lambda: _core(loop, step))
@@ -105,11 +108,12 @@ def _core(loop: ClosedLoop | AutopilotLoop, step: engine.Step) -> Any:
     The first row counts even if its step is bad, as long as it is finite: a record shows it too.
     """
     names = ("state", "parameters", "column", "rows")
-    sizes = step.size + 1 + len(NAMES), len(Parameters._fields), step.core.size1_in(2), step.core.size1_in(3)
+    varying = step.core.size1_in(1)
+    sizes = step.size + 1 + len(NAMES), varying + len(Parameters._fields), step.core.size1_in(2), step.core.size1_in(3)
     state, given, column, rows = (ca.SX.sym(name, size) for name, size in zip(names, sizes, strict=True))
     inner, status, kept = ca.vertsplit(state, [0, step.size, step.size + 1, sizes[0]])
-    parameters, length = Parameters(*ca.vertsplit(given)), loop.interval / loop.substeps
-    after, observed = step.core(inner, ca.SX(0, 1), column, rows)
+    parameters, length = Parameters(*ca.vertsplit(given[varying:])), loop.interval / loop.substeps
+    after, observed = step.core(inner, given[:varying], column, rows)
     is_first, is_seen = column[0] == 0, ca.fabs(ca.sum1(observed)) <= LARGEST
     code = status_code(after, observed, parameters.least_thrust, length, loop.is_ideal)
     code = ca.if_else(turns_too_far(inner, length), CODES.index(Status.UNRESOLVED), code)
@@ -146,8 +150,8 @@ def _chosen(condition: Any, first: Any, second: Any) -> list[Any]:
     return [ca.if_else(condition, a, b) for a, b in zip(ca.vertsplit(first), ca.vertsplit(ca.SX(second)), strict=True)]
 
 
-def columns_of(loop: ClosedLoop | AutopilotLoop, final: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what is told of flights by name, arrays (n,), from their statuses and measures (1 + k, n) at the end.
+def columns_of(loop: ClosedLoop | AutopilotLoop, final: np.ndarray, masses: Any) -> dict[str, np.ndarray]:
+    """Return what is told of flights by name, arrays (n,), from their statuses and measures (1 + k, n) at the end, and true masses [kg].
 
     NaN where there is nothing to tell, as of the last quarter of a flight that ended early.
     """
@@ -173,7 +177,7 @@ def columns_of(loop: ClosedLoop | AutopilotLoop, final: np.ndarray) -> dict[str,
         "peak_rate_rad_s": told["max_rate"],
         "peak_torque_N_m": told["max_torque"],
         "peak_speed_m_s": told["max_speed"],
-        "min_free_fall_margin_m_s2": told["min_thrust"] / loop.truth.mass,
+        "min_free_fall_margin_m_s2": told["min_thrust"] / masses,
         "min_focal_margin": told["min_focal"],
         "so3_drift": told["drift"],
         "waiting_time_s": told["waiting_rows"] * interval,

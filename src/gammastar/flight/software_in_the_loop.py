@@ -5,7 +5,7 @@ Sensors, plant and record are those of every flight with an autopilot; only the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import casadi as ca
@@ -51,7 +51,7 @@ class PilotedStep(engine.Step):
 class PilotedLoop(AutopilotLoop):
     """A compiled autopilot around a plant; `autopilot` is the one that it was written from."""
 
-    pilot: Pilot
+    pilot: Pilot = field(kw_only=True)
 
     @property
     def sizes(self) -> tuple[int, int, int, int, int]:

@@ -106,15 +106,16 @@ class Guidance:
 
     def starts_waiting(self, state: np.ndarray, parameter: float) -> bool:
         """Return whether a flight from a stacked state (20,), nearest at a parameter, starts with a target that waits."""
-        return self.law.approach is not None and bool(self.waits_first(ca.DM(state), ca.DM(self.law.place(parameter))))
+        law = self.law
+        if law.approach is None:
+            return False
+        waits = engine.compiled(("waits", law.path.graph_key, law.lead, law.approach.enter), self._waits)
+        return bool(waits(state, law.place(parameter)))
 
     def waits_first(self, state: Any, place: Any) -> Any:
         """Graph: return whether a flight from a stacked state (20,), nearest at a place, starts with a target that waits."""
-        law = self.law
-        if law.approach is None:
-            return ca.SX(0)
-        entry = engine.compiled(("entry", law.path.graph_key, law.lead), self._entry)
-        return entry(state, place) < law.approach.enter
+        approach = self.law.approach
+        return ca.SX(0) if approach is None else self._entering(split(state), place)[0] < approach.enter
 
     def _entering(self, state: StateGraph, place: Any) -> tuple[Any, Any]:
         """Graph: return the focal margin that is left when the velocity across the path has died out, and the place's residual."""
@@ -122,10 +123,10 @@ class Guidance:
         margin, rate, residual = self.law.path.nearness(state.position, state.velocity, place)
         return margin - self.law.lead * rate, residual
 
-    def _entry(self) -> Any:
-        """Return the function (state, place) -> margin that decides whether a flight starts by waiting."""
+    def _waits(self) -> Any:
+        """Return the function (state, place) -> whether a flight starts by waiting."""
         state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
-        return ca.Function("entry", [state, place], [self._entering(split(state), place)[0]])
+        return ca.Function("waits", [state, place], [self.waits_first(state, place)])
 
 
 def bend(law: Law, place: Any, parameter_rate: Any) -> Any:

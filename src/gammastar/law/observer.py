@@ -150,7 +150,7 @@ def observer_gains(count: int, bandwidth: Any, age: Any) -> list[Any]:
     ]
 
 
-def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: float, interval: float, fresh: Any) -> Any:
+def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: Any, interval: float, fresh: Any) -> Any:
     """Graph: return one chain after an interval, predicted with the model's mean rate and corrected where a measurement is fresh.
 
     A chain is its vectors, value first, and at the end, by axis, the time since the last measurement.
@@ -160,7 +160,7 @@ def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: float, interva
     predicted = [_taylor(chain[:, k:], interval) for k in range(count)]
     predicted[0] += rate * interval
     innovation = new * (measured - predicted[0])
-    at_once = [float(gain) for gain in observer_gains(count, bandwidth, ca.DM(interval))]
+    at_once = observer_gains(count, bandwidth, ca.DM(interval))
     later = observer_gains(count, bandwidth, age)
     gains = [ca.if_else(age == interval, one, other) for one, other in zip(at_once, later, strict=True)]
     corrected = [value + gain * innovation for value, gain in zip(predicted, gains, strict=True)]

@@ -126,9 +126,13 @@ class Vehicle:
         angular_acceleration = self.angular_acceleration(state.angular_velocity, torque, unknown)
         return Rates(state.velocity, acceleration, angular_acceleration, state.thrust_rate, thrust_ddot)
 
+    def momentum(self, angular_velocity: Any) -> Any:
+        """Graph: return J Omega SX (3,) [kg m^2/s], body; or what an angular acceleration takes in torque."""
+        return ca.mtimes(_graph(self.inertia), angular_velocity)
+
     def angular_acceleration(self, angular_velocity: Any, torque: Any, unknown: Unknown = NOTHING) -> Any:
         """Graph: return J^-1 (torque - Omega x J Omega - K_r) SX (3,) [rad/s^2], body, Eq. (3)."""
-        gyroscopic = ca.cross(angular_velocity, ca.mtimes(_graph(self.inertia), angular_velocity))
+        gyroscopic = ca.cross(angular_velocity, self.momentum(angular_velocity))
         driving = torque - gyroscopic - ca.DM(np.asarray(self.bias_torque))
         return ca.mtimes(_graph(self.inverse_inertia), driving) + _graph(unknown.angular_acceleration)
 
@@ -201,11 +205,10 @@ class Vehicle:
             thrust_ddot = w[2] + state.thrust * (p**2 + q**2)
             q_rate = (w[0] - 2 * state.thrust_rate * q) / state.thrust - p * r
             p_rate = (-w[1] - 2 * state.thrust_rate * p) / state.thrust + q * r
-        inertia = _graph(self.inertia)
         angular_acceleration = ca.vertcat(p_rate, q_rate, yaw_acceleration) - _graph(unknown.angular_acceleration)
         torque = (
-            ca.mtimes(inertia, angular_acceleration)
-            + ca.cross(state.angular_velocity, ca.mtimes(inertia, state.angular_velocity))
+            self.momentum(angular_acceleration)
+            + ca.cross(state.angular_velocity, self.momentum(state.angular_velocity))
             + ca.DM(np.asarray(self.bias_torque))
         )
         return ca.vertcat(thrust_ddot, torque)

@@ -7,6 +7,7 @@ into the third derivative already, and one of the thrust rate the second derivat
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,10 @@ class Force(ABC):
     @abstractmethod
     def value(self, state: StateGraph, wind: Any) -> Any:
         """Graph: return the force SX (3,) [N], world, in air that moves at wind SX (3,) [m/s], world."""
+
+    def scaled(self, factor: float) -> Force:
+        """Return the same force, a factor as large."""
+        return dataclasses.replace(self, coefficients=factor * np.asarray(self.coefficients))  # type: ignore[attr-defined, type-var]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +141,10 @@ class Buoyancy(Force):
         """Return the kind and its numbers."""
         return ("buoyancy", self.lift)
 
+    def scaled(self, factor: float) -> Buoyancy:
+        """Return the buoyancy itself: it is no drag, and what varies in drag leaves it as it is."""
+        return self
+
     @property
     def lift(self) -> float:
         """Return the magnitude of the force [N]."""
@@ -182,6 +191,10 @@ class CustomForce(Force):
                     "the class; drop that part, or leave it to the disturbance observer"
                 )
         self._require_finite(state, wind, ca.SX(value))
+
+    def scaled(self, factor: float) -> CustomForce:
+        """Return the same force, a factor as large."""
+        return CustomForce(lambda state, wind: factor * self.graph(state, wind), self.name)
 
     def _require_finite(self, state: StateGraph, wind: Any, value: Any) -> None:
         """Raise `InputError` when the force or its slope is not finite at rest, where many a formula has its kink."""

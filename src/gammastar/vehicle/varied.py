@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -12,7 +13,7 @@ from gammastar.vehicle.body import Vehicle
 
 
 class Scales(NamedTuple):
-    """Graph: true numbers of a vehicle over those it is built with."""
+    """Graphs or numbers: true numbers of a vehicle over those it is built with."""
 
     mass: Any = 1.0  # SX; added mass stays
     inertia: Any = (1.0, 1.0, 1.0)  # SX (3,), one for each body axis: J becomes D J D with D = diag(sqrt(scales))
@@ -37,3 +38,18 @@ def varied(vehicle: Vehicle, scales: Scales) -> Vehicle:
         result.__dict__.pop(name, None)
     result.__dict__.update(given)
     return result
+
+
+def scaled(vehicle: Vehicle, scales: Scales, thrust: float = 1.0) -> Vehicle:
+    """Return a vehicle with its numbers scaled by numbers, and the thrust coefficients of its rotors by one more."""
+    root = np.sqrt(np.broadcast_to(np.asarray(scales.inertia, dtype=float), 3))
+    rotors = vehicle.rotors
+    if rotors is not None:
+        rotors = dataclasses.replace(rotors, thrust_coefficient=thrust * np.asarray(rotors.thrust_coefficient))
+    return dataclasses.replace(
+        vehicle,
+        mass=float(scales.mass) * vehicle.mass,
+        inertia=np.asarray(vehicle.inertia) * np.outer(root, root),
+        forces=[force.scaled(float(scales.force)) for force in vehicle.forces],
+        rotors=rotors,
+    )

@@ -1,0 +1,141 @@
+"""What differs from flight to flight beside the start: numbers of the true vehicle, the wind, and the law's tuning.
+
+Flights that differ in these alone take one step, whose graph has them as parameters, and each gives its own numbers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gammastar.checks import instance, shape_of, shortened
+from gammastar.errors import InputError, ShapeError, UnknownNameError
+from gammastar.law import Law, Observer
+from gammastar.law.tuned import Tuning, tuned
+from gammastar.vehicle import Scales, Vehicle, varied
+
+QUANTITIES = {"mass_scale": 1, "inertia_scale": 3, "thrust_scale": 1, "force_scale": 1, "wind": 3}  # with sizes
+TUNING = {"approach_speed": 1, "force_observer": 1, "torque_observer": 1}
+
+
+class Variation(NamedTuple):
+    """Graphs SX (k,) of what varies, or the numbers (k,) of one flight, by name."""
+
+    values: Mapping[str, Any]
+
+    def vehicle(self, vehicle: Vehicle) -> Vehicle:
+        """Graph: return the true vehicle."""
+        scales = {name: self.values.get(f"{name}_scale") for name in Scales._fields}
+        given = {name: value for name, value in scales.items() if value is not None}
+        return varied(vehicle, Scales(**given)) if given else vehicle
+
+    @property
+    def thrust(self) -> Any:
+        """Graph: return what the rotors' thrust coefficients are multiplied by."""
+        return self.values.get("thrust_scale", 1.0)
+
+    @property
+    def wind(self) -> Any:
+        """Graph: return the velocity SX (3,) [m/s], world, that is added to the wind."""
+        return self.values.get("wind", ca.DM.zeros(3))
+
+    def law(self, law: Law) -> Law:
+        """Graph: return the law with its tuning."""
+        gains = {chain: self.values[chain] for chain in law.gains if chain in self.values}
+        others = (self.values.get(name) for name in TUNING)
+        return tuned(law, Tuning(gains or None, *others))
+
+
+NOTHING = Variation({})
+
+
+def sizes_of(names: Sequence[str], law: Law) -> dict[str, int]:
+    """Return the sizes of quantities that vary, in the order of their names."""
+    chains = {chain: len(gains) for chain, gains in law.gains.items()}
+    return {name: (QUANTITIES | TUNING | chains)[name] for name in names}
+
+
+def parameters_of(names: Sequence[str], law: Law) -> Any:
+    """Graph: return the symbols SX (p,) of what varies, one below the other."""
+    return ca.SX.sym("parameters", sum(sizes_of(names, law).values()))
+
+
+def graphs_of(names: Sequence[str], law: Law, parameters: Any) -> Variation:
+    """Graph: return what varies, from the parameters of a step, one below the other."""
+    sizes = sizes_of(names, law)
+    parts = ca.vertsplit(parameters, np.cumsum([0, *sizes.values()]).tolist())
+    return Variation(dict(zip(sizes, parts, strict=True)))
+
+
+def unknown_in(results: Sequence[Any], known: Sequence[Any]) -> Any:
+    """Graph: return the symbols SX (k,) in graphs that are none of those known: what varies from flight to flight."""
+    names = ca.veccat(*known)
+    return ca.vertcat(*(each for each in ca.symvar(ca.veccat(*results)) if not ca.depends_on(names, each)))
+
+
+def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[str, np.ndarray]:
+    """Return what varies of the truth in some flights, (k, count) by name; checked.
+
+    Raises:
+        InputError: A quantity is unknown, has not one value a flight, or is not finite; a scale is not positive.
+    """
+    result = dict[str, np.ndarray]()
+    for name, values in (given or {}).items():
+        if name not in QUANTITIES:
+            raise UnknownNameError("what varies", name, QUANTITIES)
+        shape, size = shape_of(values), QUANTITIES[name]
+        if shape not in (
+            {(count,), (count, 3)} if name == "inertia_scale" else {(count,) if size == 1 else (count, 3)}
+        ):
+            wanted = f"({count},)" if size == 1 else f"({count}, 3)"
+            raise ShapeError(f"{name} must have shape {wanted} (got {shape}); give one value a flight")
+        array = np.asarray(values, dtype=float)
+        columns = np.tile(array, (size, 1)) if array.ndim == 1 else array.T
+        if not np.all(np.isfinite(columns)) or (name != "wind" and not np.all(columns > 0)):
+            said = "finite" if name == "wind" else "finite and positive"
+            raise InputError(f"{name} must be {said} in every flight (got {shortened(array.tolist())}); correct it")
+        result[name] = np.ascontiguousarray(columns)
+    return result
+
+
+def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
+    """Return the tuning of laws that differ in nothing else, (k, laws) by name; none of it where they do not differ at all.
+
+    Raises:
+        InputError: They differ in more than poles, approach speed and observer bandwidths.
+    """
+    first = laws[0]
+    for law in laws:
+        instance(law, Law, "each of the laws", "make one with gs.design(vehicle, path)")
+    if all(law is first for law in laws):
+        return {}
+    untuned = _untuned(first).signature
+    if any(_untuned(law).signature != untuned for law in {id(each): each for each in laws}.values()):
+        raise InputError(
+            "laws of flights that are flown together must differ in poles, approach speed and observer bandwidths alone (got laws of "
+            "other vehicles or paths); fly them apart"
+        )
+    columns = {chain: np.array([law.gains[chain] for law in laws]).T for chain in first.gains}
+    if first.approach is not None:
+        columns["approach_speed"] = np.array([[law.approach.speed for law in laws if law.approach]])
+    if isinstance(first.rejection, Observer):
+        for name in ("force", "torque"):
+            if getattr(first.rejection, name) is not None:
+                columns[f"{name}_observer"] = np.array([[getattr(law.rejection, name) for law in laws]])
+    return columns
+
+
+def _untuned(law: Law) -> Law:
+    """Return a law with some tuning or other in place of its own."""
+    changed: dict[str, Any] = {"poles": {chain: (-1.0,) * len(poles) for chain, poles in law.poles.items()}}
+    if law.approach is not None:
+        changed["approach"] = dataclasses.replace(law.approach, speed=1.0)
+    if isinstance(law.rejection, Observer):
+        force, torque = (None if part is None else 1.0 for part in (law.rejection.force, law.rejection.torque))
+        changed["rejection"] = Observer(force, torque)
+    return dataclasses.replace(law, **changed)
