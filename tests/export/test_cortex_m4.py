@@ -29,8 +29,9 @@ def test_a_whole_mission_keeps_its_budget() -> None:
     """Waypoints, law, observer, rotors and modes in float32: 5,000 instructions a call, 1.5 kB of stack, 32 kB of flash."""
     if reason := script().missing():
         pytest.skip(reason)
-    figures = script().measured(0.6)
-    assert figures["calls"] == 300
+    figures = script().measured(1.6)
+    assert figures["calls"] == 800
+    assert 0 < figures["waiting_calls"] < 800  # one call captures the target that waits, the dearest there may be
     assert 1000 < figures["mean_instructions"] <= figures["most_instructions"] <= 5000
     assert 100 < figures["stack_bytes"] <= 1536
     assert 10_000 < figures["flash_bytes"] <= 32 * 1024

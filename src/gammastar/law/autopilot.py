@@ -167,8 +167,9 @@ class Autopilot:
         seen, later = self._predicted(now, told, history, unknown)
         following = path.track(seen.position, ca.vertcat(now["parameter"], around.path))
         tracked = ca.if_else(now["waiting"], now["parameter"], following)
-        parameter, waiting = self.guidance.mode(seen, tracked, now["waiting"], around.path)
-        at = (seen, parameter, waiting, time + self.horizon, around, later, now["pace"])
+        parameter, still = self.guidance.mode(seen, tracked, now["waiting"], around.path)
+        waiting = ca.logic_or(now["waiting"], still)  # a target that is captured is followed from the next interval on
+        at = (seen, tracked, waiting, time + self.horizon, around, later, now["pace"])
         if self.law.interface == "rates":
             slow = decide_by_rates(self.guidance, *at)
             thrust, given, told_input, short = self._actuated_by_rates(now, slow)
@@ -179,7 +180,7 @@ class Autopilot:
             parameter_rate, constrained, turning = decision.parameter_rate, decision.constrained, decision.turning
         parts = {
             "parameter": parameter + self.interval * parameter_rate,
-            "waiting": waiting,
+            "waiting": still,
             "pace": self._paced(now["pace"], short, turning),
             "thrust": thrust,
             "held": given.reached,

@@ -100,9 +100,9 @@ class Guidance:
         entering, residual = self._entering(state, ca.vertcat(candidate, data))
         captured = ca.logic_and(entering > law.approach.enter, ca.fabs(residual) < CAPTURE_RESIDUAL)
         captured = ca.logic_and(captured, law.path.holds(candidate, data))
-        parameter = ca.if_else(waiting, ca.if_else(captured, candidate, parameter), parameter)
         margin, _, _ = law.path.nearness(state.position, state.velocity, ca.vertcat(parameter, data))
-        return parameter, ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
+        still = ca.if_else(waiting, ca.logic_not(captured), margin < law.approach.leave)
+        return ca.if_else(waiting, ca.if_else(captured, candidate, parameter), parameter), still
 
     def starts_waiting(self, state: np.ndarray, parameter: float) -> bool:
         """Return whether a flight from a stacked state (20,), nearest at a parameter, starts with a target that waits."""

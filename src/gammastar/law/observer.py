@@ -162,8 +162,10 @@ def _observed(estimate: Any, measured: Any, rate: Any, bandwidth: Any, interval:
     innovation = new * (measured - predicted[0])
     at_once = observer_gains(count, bandwidth, ca.DM(interval))
     later = observer_gains(count, bandwidth, age)
-    gains = [ca.if_else(age == interval, one, other) for one, other in zip(at_once, later, strict=True)]
-    corrected = [value + gain * innovation for value, gain in zip(predicted, gains, strict=True)]
+    usual, other = (
+        [value + gain * innovation for value, gain in zip(predicted, gains, strict=True)] for gains in (at_once, later)
+    )
+    corrected = [ca.if_else(age == interval, *pair) for pair in zip(usual, other, strict=True)]
     return ca.vertcat(*corrected, (1 - new) * age)
 
 
@@ -171,7 +173,7 @@ def _taylor(derivatives: Any, interval: Any) -> Any:
     """Graph: return what a value (first column) becomes after an interval when its last derivative is constant."""
     value = derivatives[:, -1]
     for k in range(derivatives.shape[1] - 1, 0, -1):
-        value = derivatives[:, k - 1] + value * interval / k
+        value = derivatives[:, k - 1] + value * (interval / k)
     return value
 
 

@@ -81,7 +81,8 @@ void @NAME@_step(@NAME@_state *state, const @NAME@_measurement *measurement, @NA
     if (!state->is_started) begin(state, measured);
 @data@
     interval(state->memory, measured, &time, @reference_data@, @path_data@, next, command, told);
-    if (!state->is_started || !all_finite(next, @GUARD@_MEMORY) || !all_finite(command, @GUARD@_COMMANDS) || !all_finite(told, TOLD)) {
+    /* What is told consists of these numbers and of the measurement. */
+    if (!state->is_started || !all_finite(next, @GUARD@_MEMORY) || !all_finite(command, @GUARD@_COMMANDS)) {
         hold(state, @GUARD@_RESULT_REFUSED, output);
         return;
     }
