@@ -154,3 +154,15 @@ def test_low_altitude_gusts_become_alike_in_all_directions_upwards(height: float
 def test_wind_that_cannot_blow_is_refused(make: Any, words: str) -> None:
     with pytest.raises(InputError, match=f"^{words}.* must .*; "):
         make()
+
+
+def test_gusts_turn_with_a_mean_that_varies() -> None:
+    """A mean that a flight adds counts as the wind's own: gusts blow along and across the sum of both."""
+    state = np.arange(1.0, 7.0)
+    symbol, more = ca.SX.sym("state", 6), ca.SX.sym("more", 3)
+    gusts = Gusts((0.5, 0.7, 0.2), 1.0)
+    air = ca.Function("air", [symbol, more], [Wind((1.0, 0.0, 0.0), gusts).velocity(symbol, more)])
+    for added in ([0.0, 2.0, 0.5], [-1.0, 0.0, 0.0]):
+        whole = Wind(np.array([1.0, 0.0, 0.0]) + added, gusts)
+        expected = ca.Function("air", [symbol], [whole.velocity(symbol)])(state).full()
+        np.testing.assert_allclose(air(state, added).full(), expected, atol=1e-15)

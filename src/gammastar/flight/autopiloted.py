@@ -165,7 +165,7 @@ class AutopilotLoop:
         variation = graphs_of(self.varied, self.law, parameters)
         draws, cut = Draws(self.pairs, column[1:]), sum(self.sizes[:4])
         errors = self.sensors.drawn(column[0], draws, rate)
-        air = self.wind.velocity(loop_state[cut:]) + variation.wind
+        air = self.wind.velocity(loop_state[cut:], variation.wind)
         inputs = loop_state[:cut], column[0] * self.interval, air, errors, rows
         after, observation = self.with_variation(variation)._interval(*inputs) if self.varied else self.given()(*inputs)
         wind = self.wind.advanced(loop_state[cut:], draws, rate)

@@ -16,7 +16,7 @@ from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.fly import Family, recorded
 from gammastar.flight.loop import ClosedLoop
 from gammastar.flight.phases import Phase
-from gammastar.flight.record import FlightRecord, Status
+from gammastar.flight.record import FlightRecord
 from gammastar.flight.reductions import columns_of
 from gammastar.flight.summary import Summary
 from gammastar.flight.task import Chance, Task
@@ -49,15 +49,15 @@ class Flights(Mapping[str, np.ndarray]):
     @functools.cached_property
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns (n,) by name, with units."""
-        count, columns = len(self.starts), {"flight": self.numbers}
+        columns = {"flight": self.numbers}
         if not self.flown.size:
-            return columns | {"status": np.full(count, Status.SINGULAR_START.name.lower())}
+            return columns | columns_of(self.final, np.nan, np.nan, False)
         loop = self.loops[self.flown[0]]
         assert loop is not None
-        scales = np.ones(count)
+        scales: Any = 1.0
         if "mass_scale" in self.varied:
             scales = self._of("mass_scale")[0]
-        return columns | columns_of(loop, self.final, loop.truth.mass * scales)
+        return columns | columns_of(self.final, loop.truth.mass * scales, loop.interval, loop.is_ideal)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a column (n,)."""
@@ -74,9 +74,7 @@ class Flights(Mapping[str, np.ndarray]):
     def summary(self) -> Summary:
         """Return how many flights ended how, and the quantiles of every number over the flights that tell it."""
         names, counts = np.unique(self["status"], return_counts=True)
-        settled = int(
-            np.isfinite(self.columns.get("settling_time_s", np.empty(0))[self["status"] == "completed"]).sum()
-        )
+        settled = int(np.isfinite(self["settling_time_s"][self["status"] == "completed"]).sum())
         values: dict[str, Any] = {
             "flights": len(self.starts),
             "status": dict(zip(names.tolist(), counts.tolist(), strict=True)),

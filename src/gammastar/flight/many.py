@@ -67,7 +67,7 @@ def fly_many(
         flights: Numbers of the flights, with which their noise goes; counted from zero when left out.
         varied: What differs from flight to flight in what really flies, (flights,) by name: `mass_scale`, `inertia_scale`, also
             (flights, 3) for the body axes, `thrust_scale` of the rotors, `force_scale` of all forces but buoyancy, and `wind`
-            (flights, 3) [m/s], world, on top of that of the argument.
+            (flights, 3) [m/s], world, on top of the mean of that of the argument; gusts turn with it.
         engine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
             'auto' is native where a compiler answers.
         workers: Threads; one for every processor when left out.

@@ -150,18 +150,27 @@ def _chosen(condition: Any, first: Any, second: Any) -> list[Any]:
     return [ca.if_else(condition, a, b) for a, b in zip(ca.vertsplit(first), ca.vertsplit(ca.SX(second)), strict=True)]
 
 
-def columns_of(loop: ClosedLoop | AutopilotLoop, final: np.ndarray, masses: Any) -> dict[str, np.ndarray]:
-    """Return what is told of flights by name, arrays (n,), from their statuses and measures (1 + k, n) at the end, and true masses [kg].
+def nothing(count: int) -> dict[str, np.ndarray]:
+    """Return the columns (n,) of flights that did not start."""
+    return {"flight": np.zeros(count, dtype=int), **columns_of(np.tile(NEVER[:, None], count), np.nan, np.nan, False)}
 
-    NaN where there is nothing to tell, as of the last quarter of a flight that ended early.
+
+def columns_of(final: np.ndarray, masses: Any, interval: float, is_ideal: bool) -> dict[str, np.ndarray]:
+    """Return what is told of flights by name, arrays (n,); NaN where there is nothing to tell, as of a last quarter that was not flown.
+
+    Args:
+        final: (1 + k, n) statuses and measures at the end.
+        masses: True ones [kg].
+        interval: [s] of control.
+        is_ideal: Whether the law acts by itself.
     """
     status, told = final[0].astype(int), dict(zip(NAMES, final[1:], strict=True))
-    rows, interval = told["rows"], loop.interval
+    rows = told["rows"]
     with np.errstate(invalid="ignore", divide="ignore"):
         means = told["thrust_sum"] / rows, told["focal_sum"] / rows
         at = Breakdown(told["thrust"], told["thrust_rate"], means[0], told["focal"], told[BEFORE], means[1])
         late = np.sqrt(told["late_squares"] / told["late_rows"])
-    status = nearest_singularity(status, at, interval) if loop.is_ideal else status
+    status = nearest_singularity(status, at, interval) if is_ideal else status
     settles, ends = told["settled_row"] < rows, status == 0
     names = np.array([each.name.lower() for each in CODES])
     columns = {

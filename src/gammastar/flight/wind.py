@@ -152,6 +152,14 @@ def _factor(covariance: np.ndarray) -> Any:
     return ca.DM(np.array([[scale, 0.0], [share, np.sqrt(max(0.0, covariance[1, 1] - share**2))]]))
 
 
+def _axes(mean: Any) -> Any:
+    """Graph: return the axes of the gusts about a mean wind SX (3,), in the columns of SX (3, 3)."""
+    size = ca.sqrt(mean[0] ** 2 + mean[1] ** 2)
+    blows = size > 0
+    x, y = (ca.if_else(blows, mean[k] / ca.if_else(blows, size, 1), 1 - k) for k in range(2))
+    return ca.vertcat(ca.horzcat(x, -y, 0), ca.horzcat(y, x, 0), ca.horzcat(0, 0, 1))
+
+
 @dataclass(frozen=True, eq=False)
 class Wind:
     """The velocity of the air: a mean, and gusts about it; the same everywhere, held over each control interval."""
@@ -167,11 +175,7 @@ class Wind:
     @property
     def axes(self) -> np.ndarray:
         """Return the axes of the gusts in the columns of (3, 3), world: along, across and below; north counts as along in still air."""
-        horizontal = np.array([*np.asarray(self.mean)[:2], 0.0])
-        size = float(np.linalg.norm(horizontal))
-        along = horizontal / size if size > 0 else np.array([1.0, 0.0, 0.0])
-        down = np.array([0.0, 0.0, 1.0])
-        return np.column_stack([along, np.cross(down, along), down])
+        return np.asarray(ca.evalf(_axes(ca.SX(ca.DM(np.asarray(self.mean))))).full())
 
     @property
     def signature(self) -> tuple[Any, ...]:
@@ -193,10 +197,10 @@ class Wind:
         """Return the first state (size,), or (size, flights) of flights by their numbers."""
         return np.empty((0, *np.shape(flights))) if self.gusts is None else self.gusts.start(seed, flights)
 
-    def velocity(self, state: Any) -> Any:
-        """Graph: return the velocity of the air SX (3,) [m/s], world, from the state of the wind."""
-        mean = ca.SX(ca.DM(np.asarray(self.mean)))
-        return mean if self.gusts is None else mean + ca.DM(self.axes) @ self.gusts.velocity(state)
+    def velocity(self, state: Any, more: Any = 0.0) -> Any:
+        """Graph: return the velocity of the air SX (3,) [m/s], world, from the state of the wind, with some more (3,) in its mean."""
+        mean = ca.SX(ca.DM(np.asarray(self.mean))) + more
+        return mean if self.gusts is None else mean + _axes(mean) @ self.gusts.velocity(state)
 
     def advanced(self, state: Any, draws: Draws, control_rate: float) -> Any:
         """Graph: return the state of the wind a control interval later."""
