@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from gammastar.certificate import Certificate, Limits, certify
 from gammastar.errors import MissionError
 from gammastar.export.pilot import CompiledPilot
 from gammastar.export.program import DEFAULT_NAME, DEFAULT_REAL, Program
-from gammastar.flight import FlightRecord, Replacement, SensorNoise, Sensors, Wind, fly
+from gammastar.flight import FlightRecord, Flights, Replacement, SensorNoise, Sensors, Wind, fly, fly_many
 from gammastar.flight.conditions import Conditions
 from gammastar.flight.fly import prepared
 from gammastar.flight.phases import phases_of
@@ -28,9 +28,21 @@ from gammastar.mission.complaint import complaint, within
 from gammastar.mission.references import FeasibleSection
 from gammastar.mission.resolved import resolved, with_paths_written
 from gammastar.mission.sections import COMPILED, YAW_OUTPUTS, MissionFile
-from gammastar.mission.tables import plain, put, written
+from gammastar.mission.tables import plain, present, put, written
 from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
+
+
+def read(values: Mapping[str, Any]) -> MissionFile:
+    """Return nested values as a mission's sections, each checked by itself.
+
+    Raises:
+        MissionError: An unknown or missing key or a value of the wrong type.
+    """
+    try:
+        return MissionFile.model_validate(plain(values))
+    except ValidationError as error:
+        raise complaint(error) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +87,7 @@ class Mission:
             MissionError: An unknown or missing key or a value of the wrong type.
             GammastarError: The numbers cannot be flown.
         """
-        try:
-            file = MissionFile.model_validate(plain(values))
-        except ValidationError as error:
-            raise complaint(error) from None
-        return cls(file)
+        return cls(read(values))
 
     def with_values(self, changes: Mapping[str, Any]) -> Mission:
         """Return the mission with some values changed, named by dotted keys such as 'path.radius'.
@@ -110,6 +118,10 @@ class Mission:
         """Return the law that the mission designs."""
         return self._law
 
+    def truth(self) -> Vehicle:
+        """Return the vehicle that really flies."""
+        return self._truth
+
     def start(self) -> State:
         """Return the start, in `ned`."""
         return self._start
@@ -137,6 +149,7 @@ class Mission:
             reference=self._reference,
             noise=self._noise,
             seed=self.file.flight.seed,
+            flight=self.file.flight.number,
             yaw_reference=self._yaw,
             heading=self._heading,
             settled_within=self.file.flight.settled_within,
@@ -144,6 +157,33 @@ class Mission:
             progress=progress,
             pilot=self._pilot,
             **self._conditions,
+        )
+
+    def fly_many(self, starts: Sequence[State], laws: Sequence[Law] | None = None, **given: Any) -> Flights:
+        """Fly the mission from many starts, in `ned`, with one law or one a flight; the rest is as for `gs.fly_many`.
+
+        Raises:
+            MissionError: The mission replaces its path on the way, or flies as compiled C.
+        """
+        if self._replacements:
+            raise MissionError(
+                f"many flights must have one path (got {len(self._replacements)} more in [[replacements]]); leave them out",
+                "replacements",
+            )
+        if self.file.controller.interface == COMPILED:
+            raise MissionError(
+                f'many flights must fly the law itself (got interface = "{COMPILED}"); leave it out: the native machine compiles all of it',
+                "controller.interface",
+            )
+        return fly_many(
+            self._law if laws is None else laws,
+            starts,
+            reference=self._reference,
+            noise=self._noise,
+            yaw_reference=self._yaw,
+            heading=self._heading,
+            settled_within=self.file.flight.settled_within,
+            **({"seed": self.file.flight.seed} | self._conditions | given),
         )
 
     def autopilot(self) -> tuple[Autopilot, np.ndarray, float]:
@@ -192,6 +232,14 @@ class Mission:
         """Return the mission as TOML with every default written out; loading it gives an equal mission and the same flight."""
         return written(self.values())
 
+    def given(self) -> dict[str, Any]:
+        """Return the nested values that were given, with every path as one that needs no file."""
+        return with_paths_written(self.file, self.file.model_dump(exclude_unset=True))
+
+    def source(self) -> str:
+        """Return the mission as TOML in which what was left open stays open, and which needs no other file."""
+        return written(present(plain(self.given())))
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mission) and self.values() == other.values()
 
@@ -199,7 +247,7 @@ class Mission:
         return hash(self.toml())
 
     def __reduce__(self) -> Any:
-        return Mission.from_values, (with_paths_written(self.file, self.file.model_dump(exclude_unset=True)),)
+        return Mission.from_values, (self.given(),)
 
     def _certificate(self, path: Path, reference: AnyReference) -> Certificate:
         speed = reference.fastest

@@ -157,6 +157,7 @@ class FlightSection(Section):
     step: Positive = default_of(fly, "step")  # [s], the longest
     integrator: Annotated[str, one_of(INTEGRATORS)] = default_of(fly, "integrator")
     seed: Count = default_of(fly, "seed")  # of the noise
+    number: Count = default_of(fly, "flight")  # among the flights of the seed
     settled_within: Positive = default_of(fly, "settled_within")  # [m] of the path
 
 

@@ -46,6 +46,13 @@ def plain(value: Any, depth: int = DEEPEST) -> Any:
     return plain(value.tolist(), depth - 1) if hasattr(value, "tolist") else value
 
 
+def present(value: Any) -> Any:
+    """Return nested values, plain, without those that are None, for which TOML has no form."""
+    if isinstance(value, dict):
+        return {key: present(item) for key, item in value.items() if item is not None}
+    return [present(item) for item in value] if isinstance(value, list) else value
+
+
 def _shorter(array: re.Match[str]) -> str:
     """Return a TOML array on one line, or on one line a row when there are many; no text in it holds the end of a line."""
     text = re.sub(r"\[\n *", "[", array[0])

@@ -24,6 +24,7 @@ class TruthSection(Section):
     mass_scale: Positive = 1.0  # true mass over believed mass
     inertia_scale: Array = 1.0  # true over believed, one number or one for each body axis
     thrust_scale: Array = 1.0  # true over believed thrust coefficient of the rotors, one number or one a rotor
+    force_scale: Positive = 1.0  # true over believed forces, all but buoyancy; of those in [truth] too
     lag_scale: Positive = 1.0  # true over believed lag of the rotors
     center_of_mass: Vector = (
         0.0,
@@ -54,8 +55,10 @@ class TruthSection(Section):
         for name in ("bias_acceleration", "bias_torque"):
             value = getattr(self, name)
             given[name] = None if value is None else convert_vector(value, frame)
+        forces = believed.forces
         if self.forces is not None:
-            given["forces"] = [force(each, f"[truth.forces.{k}]") for k, each in enumerate(self.forces)]
+            forces = [force(each, f"[truth.forces.{k}]") for k, each in enumerate(self.forces)]
+        given["forces"] = [each.scaled(self.force_scale) for each in forces] if self.force_scale != 1 else forces
         return dataclasses.replace(
             believed, **changed, **{name: value for name, value in given.items() if value is not None}
         )
