@@ -39,6 +39,7 @@ SIDEWAYS = {  # the only imports between two rooms of one floor
     ("claims", "flight"),
     ("adapters", "flight"),
     ("baselines", "flight"),
+    ("report", "campaign"),
     ("cli", PACKAGE),
     ("__main__", "cli"),
 }

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from gammastar.campaign.store import Manifest, Store, arrow
-from gammastar.campaign.study import Study, wilson
+from campaign.rows import stored
+from gammastar.campaign.rate import percent, wilson
+from gammastar.campaign.store import Manifest, Store
+from gammastar.campaign.study import Study
 from gammastar.errors import InputError
 
 COUNT = 5_000
@@ -34,13 +36,7 @@ def data() -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory, data: dict[str, np.ndarray]) -> Study:
-    pyarrow, _ = arrow()
-    manifest = Manifest("", 0, COUNT, 2000, "native", "1")
-    store = Store.opened(tmp_path_factory.mktemp("study"), manifest)
-    for part in range(manifest.parts):
-        chosen = manifest.numbers(part)
-        store.write(part, pyarrow.table({name: values[chosen.start : chosen.stop] for name, values in data.items()}))
-    return Study(store)
+    return Study(stored(tmp_path_factory.mktemp("study"), data))
 
 
 @pytest.mark.parametrize(("successes", "flights"), [(0, 10), (10, 10), (3, 10), (999, 1000), (1, 1)])
@@ -62,11 +58,29 @@ def test_the_rate_is_counted(study: Study, data: dict[str, np.ndarray]) -> None:
 def test_causes_are_ranked(study: Study, data: dict[str, np.ndarray]) -> None:
     failed = ~data["settled"]
     expected = {
-        "not settled": int((failed & (data["status"] == "completed")).sum()),
-        "free_fall": int((data["status"] == "free_fall").sum()),
+        "not settled": np.flatnonzero(failed & (data["status"] == "completed")),
+        "free_fall": np.flatnonzero(data["status"] == "free_fall"),
     }
-    assert study.causes() == expected
-    assert list(study.causes().values()) == sorted(expected.values(), reverse=True)
+    found = {cause.status: cause for cause in study.causes()}
+    assert found.keys() == expected.keys()
+    for status, flights in expected.items():
+        assert found[status].rate == wilson(len(flights), COUNT)
+        assert found[status].first == flights[0]
+    counts = [cause.rate.successes for cause in study.causes()]
+    assert counts == sorted(counts, reverse=True)
+
+
+def test_a_cause_tells_when_flights_end_and_what_the_first_says(tmp_path: Path) -> None:
+    rows = {
+        "flight": np.arange(5),
+        "status": np.array(["completed", "refused", "free_fall", "free_fall", "refused"]),
+        "settled": np.array([True, False, False, False, False]),
+        "end_time_s": np.array([20.0, np.nan, 1.0, 4.0, np.nan]),
+        "cause": np.array(["", "mass must be positive", "", "", "another"]),
+    }
+    falls, refused = Study(stored(tmp_path, rows)).causes()
+    assert (falls.status, falls.rate.successes, falls.first, falls.end, falls.words) == ("free_fall", 2, 2, 2.5, "")
+    assert (refused.status, refused.first, refused.words) == ("refused", 1, "mass must be positive")
 
 
 def test_quantiles_are_those_of_the_numbers(study: Study, data: dict[str, np.ndarray]) -> None:
@@ -81,10 +95,19 @@ def test_quantiles_are_those_of_the_numbers(study: Study, data: dict[str, np.nda
 @pytest.mark.parametrize("bins", [1, 7, 10])
 def test_bins_hold_every_flight_once(study: Study, data: dict[str, np.ndarray], bins: int) -> None:
     found = study.by("start_tilt_deg", bins)
-    edges = np.linspace(data["start_tilt_deg"].min(), data["start_tilt_deg"].max(), bins + 1)
+    edges = np.array([found[0].low, *(each.high for each in found)])
+    assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
     counts, _ = np.histogram(data["start_tilt_deg"], edges)
     good, _ = np.histogram(data["start_tilt_deg"][data["settled"]], edges)
     assert [each.rate[:2] for each in found] == list(zip(counts, good, strict=True))
+    assert counts.sum() == COUNT
+
+
+def test_a_bin_tells_how_fast_its_flights_settle(study: Study, data: dict[str, np.ndarray]) -> None:
+    each = study.by("start_tilt_deg", 6)[2]
+    chosen = data["settled"] & (data["start_tilt_deg"] >= each.low) & (data["start_tilt_deg"] < each.high)
+    assert (each.low, each.high) == (60, 90)
+    assert each.settling == pytest.approx(np.quantile(data["settling_time_s"][chosen], [0.5, 0.95]))
 
 
 def test_a_column_of_few_values_has_a_bin_for_each(study: Study) -> None:
@@ -102,10 +125,94 @@ def test_a_map_over_two_columns_counts_as_numpy_does(study: Study, data: dict[st
 def test_unknown_columns_are_refused(study: Study) -> None:
     with pytest.raises(InputError, match='did you mean "start_tilt_deg"'):
         study.by("start_tilt")
-    with pytest.raises(InputError, match="bins must be at least 1"):
-        study.by("start_tilt_deg", 0)
+    with pytest.raises(InputError, match="column of numbers"):
+        study.distribution("status")
+
+
+@pytest.mark.parametrize("bins", [0, -1, 1.5, 10**9])
+def test_bins_that_cannot_be_made_are_refused(study: Study, bins: int) -> None:
+    with pytest.raises(InputError, match="bins must be"):
+        study.by("start_tilt_deg", bins)
 
 
 def test_an_empty_campaign_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="must hold flights"):
         Study(Store.opened(tmp_path, Manifest("", 0, 10, 10, "native", "1"))).rate()
+
+
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """Columns that are constant, empty, infinite, or texts; the middle part is missing, one is broken and one half written."""
+    count = 100
+    rows = {
+        "flight": np.arange(count),
+        "status": np.full(count, "completed"),
+        "settled": np.arange(count) % 2 == 0,
+        "constant": np.full(count, 2.0),
+        "nothing": np.full(count, np.nan),
+        "wild": np.where(np.arange(count) < 10, np.inf, np.where(np.arange(count) < 15, np.nan, np.arange(count))),
+        "text": np.array([f"kind {min(k % 40, 20)}" for k in range(count)]),
+    }
+    store = stored(tmp_path_factory.mktemp("odd"), rows, part=20, lost=2)
+    store.path(3).write_bytes(store.path(3).read_bytes()[:-20])
+    (store.path(0).parent / ".draft-x").write_bytes(b"half")
+    return Study(store)
+
+
+def test_what_is_there_is_read_while_the_rest_is_missing(odd: Study) -> None:
+    assert odd.rate()[:2] == (60, 30)
+    assert odd.asked("SELECT min(flight), max(flight) FROM flights") == [(0, 99)]
+
+
+def test_a_constant_column_is_one_value(odd: Study) -> None:
+    assert not odd.varies("constant")
+    assert [(each.low, each.high, each.rate.flights) for each in odd.by("constant")] == [(2.0, 2.0, 60)]
+    assert odd.over("constant", "flight" if "flight" in odd.numbers else "wild", (3, 3)).first.tolist() == [1.5, 2.5]
+
+
+def test_a_column_without_numbers_has_no_bins(odd: Study) -> None:
+    assert odd.by("nothing") == []
+    assert odd.distribution("nothing") == {}
+    assert odd.ends("nothing") is None
+    with pytest.raises(InputError, match="finite number"):
+        odd.over("nothing", "wild")
+
+
+def test_numbers_that_are_not_finite_are_in_no_bin(odd: Study) -> None:
+    found = odd.by("wild", 5)
+    assert sum(each.rate.flights for each in found) == 45
+    assert odd.ends("wild") == (15.0, 99.0)
+    assert odd.over("wild", "constant", (4, 4)).flights.sum() == 45
+
+
+def test_bins_without_a_flight_are_told(odd: Study) -> None:
+    empty = [each for each in odd.by("wild", 20) if not each.rate.flights]
+    assert [(each.low, each.high) for each in empty] == [
+        (40, 45),
+        (45, 50),
+        (50, 55),
+        (55, 60),
+        (60, 65),
+        (65, 70),
+        (70, 75),
+        (75, 80),
+    ]
+
+
+def test_of_many_texts_the_most_frequent_are_told(odd: Study) -> None:
+    found = odd.by("text", 3)
+    assert found[0].low == found[0].high == "kind 20"
+    assert [each.rate.flights for each in found] == sorted((each.rate.flights for each in found), reverse=True)
+    assert len(found) == 3
+
+
+def test_rows_of_something_else_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="got none named settled"):
+        Study(stored(tmp_path, {"flight": np.arange(5), "status": np.full(5, "completed")})).rate()
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(1.0, "100.00 %"), (0.99999, "99.999 %"), (1e-6, "0.0001 %"), (0.0, "0.00 %")]
+)
+def test_most_is_not_all(share: float, words: str) -> None:
+    assert percent(share) == words

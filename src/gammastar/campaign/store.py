@@ -127,15 +127,24 @@ class Store:
         with _told(self.folder), _replacing(self.path(part)) as draft:
             parquet.write_table(table, draft, compression="zstd")
 
-    def dataset(self) -> Any:
-        """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces however large it is."""
-        arrow()
-        from pyarrow import dataset
+    def readable(self) -> list[Path]:
+        """Return the files of the parts that are there and can be read.
 
-        files = [str(self.path(part)) for part in range(self.manifest.parts) if self.path(part).exists()]
+        Raises:
+            CampaignError: There are none yet.
+        """
+        _, parquet = arrow()
+        files = [file for part in range(self.manifest.parts) if _rows(parquet, file := self.path(part)) is not None]
         if not files:
             raise CampaignError(f"{self.folder} must hold flights (got none yet); let the campaign go on first")
-        return dataset.dataset(files, format="parquet")
+        return files
+
+    def dataset(self) -> Any:
+        """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces however large it is."""
+        files = self.readable()
+        from pyarrow import dataset
+
+        return dataset.dataset([str(file) for file in files], format="parquet")
 
 
 def arrow() -> tuple[Any, Any]:

@@ -6,71 +6,60 @@ Rows are read where they lie, by a database that needs no more memory for a mill
 from __future__ import annotations
 
 import functools
+import itertools
+import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
+from gammastar.campaign import ratio
+from gammastar.campaign.columns import THRUST_TO_WEIGHT
+from gammastar.campaign.edges import edges
+from gammastar.campaign.rate import Rate, wilson
 from gammastar.campaign.store import Store
-from gammastar.errors import InputError, MissingExtraError, UnknownNameError
+from gammastar.checks import whole
+from gammastar.errors import CampaignError, InputError, MissingExtraError, UnknownNameError
 
-CONFIDENCE = 0.95
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 SUCCESS = "settled"  # column of truths: completed, and on the path within its bound at the end
-
-
-class Rate(NamedTuple):
-    """A share of successes, and the interval that holds the true one with the confidence of the study."""
-
-    flights: int
-    successes: int
-    low: float
-    high: float
-
-    @property
-    def share(self) -> float:
-        """Return successes over flights; NaN without flights."""
-        return self.successes / self.flights if self.flights else float("nan")
-
-    def values(self) -> dict[str, Any]:
-        """Return its numbers by name."""
-        return {
-            "flights": self.flights,
-            "successes": self.successes,
-            "share": self.share,
-            "interval": [self.low, self.high],
-        }
-
-
-def wilson(successes: int, flights: int, confidence: float = CONFIDENCE) -> Rate:
-    """Return a rate with Wilson's score interval, which holds at shares of zero and one too.
-
-    Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, JASA 22 (1927).
-    """
-    if flights == 0:
-        return Rate(0, 0, 0.0, 1.0)
-    z = float(ndtri((1 + confidence) / 2))
-    share, square = successes / flights, z**2 / flights
-    middle = (share + square / 2) / (1 + square)
-    half = z / (1 + square) * np.sqrt(share * (1 - share) / flights + square / (4 * flights))
-    low = 0.0 if successes == 0 else middle - half
-    high = 1.0 if successes == flights else middle + half
-    return Rate(flights, successes, float(low), float(high))
+NEEDED = ("flight", "status", SUCCESS)  # columns of every row
+SETTLING = "settling_time_s"
+NUMBERS = ("DOUBLE", "FLOAT", "BIGINT", "INTEGER")
+MOST_BINS = 1000
 
 
 class Bin(NamedTuple):
-    """Flights with a quantity between two ends, or at one value of it."""
+    """Flights with a quantity from one number up to another, or at one value of it."""
 
     low: Any
-    high: Any
+    high: Any  # the same as low at one value
     rate: Rate
+    settling: tuple[float, float] = (np.nan, np.nan)  # [s] median and 95 % quantile, of those that succeed
+
+
+class Cause(NamedTuple):
+    """What flights fail by."""
+
+    status: str  # 'not settled' of a flight that flew to its end
+    rate: Rate  # of it, among all flights
+    first: int  # number of the first flight with it
+    end: float  # [s] median of when they end
+    words: str  # what the first of them tells in addition
+
+
+class Map(NamedTuple):
+    """Flights over two columns."""
+
+    first: np.ndarray  # (m + 1,) edges of the first column
+    second: np.ndarray  # (n + 1,) of the second one
+    flights: np.ndarray  # (m, n)
+    successes: np.ndarray  # (m, n)
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Questions to the rows of a campaign."""
+    """Questions to the rows of a campaign, of those parts that were there when the first one was asked."""
 
     store: Store
 
@@ -80,98 +69,172 @@ class Study:
             import duckdb
         except ImportError as error:
             raise MissingExtraError("duckdb", "campaign", "a study") from error
-        files = [str(self.store.path(part)) for part in range(self.store.manifest.parts)]
-        there = [file for file in files if Path(file).exists()]
-        if not there:
-            raise InputError(f"{self.store.folder} must hold flights (got none yet); let the campaign go on first")
         connection = duckdb.connect(":memory:")
-        connection.read_parquet(there).create_view("flights")
+        rows = connection.read_parquet([str(file) for file in self.store.readable()], union_by_name=True)
+        if lost := [name for name in NEEDED if name not in rows.columns]:
+            raise CampaignError(
+                f"rows of a campaign must have the columns {', '.join(NEEDED)} (got none named {lost[0]} in {self.store.folder}); "
+                "name the folder of a campaign"
+            )
+        expression = ratio.thrust_to_weight(self.store.manifest.mission, rows.columns)
+        if expression is not None:
+            rows = rows.project(f"*, {expression} AS {THRUST_TO_WEIGHT}")
+        rows.create_view("flights")
         return connection
 
-    def asked(self, query: str) -> list[tuple[Any, ...]]:
-        """Return what a query in SQL tells about the table `flights`."""
-        return list(self._database.execute(query).fetchall())
+    def asked(self, query: str, values: list[Any] | None = None) -> list[tuple[Any, ...]]:
+        """Return what a query in SQL tells about the table `flights`, with values in place of its question marks."""
+        return list(self._database.execute(query, values or []).fetchall())
 
     @functools.cached_property
     def columns(self) -> dict[str, str]:
-        """Return the types of the columns by their names."""
+        """Return the types of the columns by their names; where thrust to weight varies it is one of them."""
         return {str(name): str(kind) for name, kind, *_ in self.asked("DESCRIBE flights")}
 
     @property
     def numbers(self) -> list[str]:
         """Return the columns that hold numbers, without the flights' own."""
-        return [
-            name
-            for name, kind in self.columns.items()
-            if kind in ("DOUBLE", "FLOAT", "BIGINT", "INTEGER") and name != "flight"
-        ]
+        return [name for name, kind in self.columns.items() if kind in NUMBERS and name != "flight"]
+
+    @functools.cached_property
+    def mission(self) -> dict[str, Any]:
+        """Return the values of the mission with every default written out."""
+        return tomllib.loads(self.store.manifest.mission)
 
     def rate(self) -> Rate:
         """Return the rate of all flights."""
         count, successes = self.asked(f'SELECT count(*), count(*) FILTER (WHERE "{SUCCESS}") FROM flights')[0]
         return wilson(int(successes), int(count))
 
-    def causes(self) -> dict[str, int]:
-        """Return how many flights failed by what they ended with, the most frequent first; 'not settled' flew to its end."""
+    def causes(self) -> list[Cause]:
+        """Return what flights failed by, the most frequent first."""
+        words = "cause" if "cause" in self.columns else "''"
+        end = "end_time_s" if "end_time_s" in self.columns else "NULL"
         rows = self.asked(
-            f"""SELECT CASE WHEN status = 'completed' THEN 'not settled' ELSE status END AS cause, count(*) AS n
-            FROM flights WHERE NOT "{SUCCESS}" GROUP BY cause ORDER BY n DESC, cause"""
+            f"""SELECT CASE WHEN status = 'completed' THEN 'not settled' ELSE status END AS why, count(*) AS n, min(flight),
+            median({end}), arg_min({words}, flight) FROM flights WHERE "{SUCCESS}" IS NOT TRUE GROUP BY why ORDER BY n DESC, why"""
         )
-        return {str(cause): int(count) for cause, count in rows}
+        total = self.rate().flights
+        return [
+            Cause(str(why), wilson(int(count), total), int(first), np.nan if at is None else float(at), text or "")
+            for why, count, first, at, text in rows
+        ]
 
     def distribution(self, column: str, among: str = "TRUE") -> dict[str, float]:
-        """Return quantiles of a column by their shares, of the flights that have a number there; none where no flight has."""
-        name = self._known(column)
-        shares = ", ".join(map(str, QUANTILES))
-        query = f"SELECT quantile_cont({name}, [{shares}]), count({name}), avg({name}) FROM flights WHERE isfinite({name}) AND {among}"
+        """Return quantiles of a column by their shares, of the flights that have a number there; none where no flight has.
+
+        Args:
+            column: Of numbers.
+            among: Condition in SQL that the flights fulfil, such as 'settled'.
+        """
+        name, shares = self._known(column, numbers=True), ", ".join(map(str, QUANTILES))
+        query = f"SELECT quantile_cont({name}, [{shares}]), count({name}), avg({name}) FROM flights WHERE {_told(name)} AND ({among})"
         found, count, mean = self.asked(query)[0]
         if not count:
             return {}
         quantiles = {f"{100 * share:g}%": float(value) for share, value in zip(QUANTILES, found, strict=True)}
         return {"flights": int(count), "mean": float(mean), **quantiles}
 
-    def by(self, column: str, bins: int = 10) -> list[Bin]:
-        """Return the rate in bins of a column, of equal width; a column with few values has a bin for each."""
-        name = self._known(column)
-        if bins < 1:
-            raise InputError(f"bins must be at least 1 (got {bins}); choose some")
-        ends = f'count(*) AS n, count(*) FILTER (WHERE "{SUCCESS}") AS good'
-        few = self.asked(f"SELECT DISTINCT {name} FROM flights WHERE {name} IS NOT NULL LIMIT {bins + 1}")
-        if len(few) <= bins:
-            rows = self.asked(
-                f"SELECT {name}, {ends} FROM flights WHERE {name} IS NOT NULL GROUP BY {name} ORDER BY {name}"
-            )
-            return [Bin(value, value, wilson(int(good), int(count))) for value, count, good in rows]
-        low, high = self.asked(f"SELECT min({name}), max({name}) FROM flights WHERE isfinite({name})")[0]
-        place = f"least({bins - 1}, floor(({name} - {low!r}) / {(high - low) / bins!r}))::INTEGER"
-        rows = self.asked(
-            f"SELECT {place} AS place, {ends} FROM flights WHERE isfinite({name}) GROUP BY place ORDER BY place"
-        )
-        width = (high - low) / bins
-        return [Bin(low + k * width, low + (k + 1) * width, wilson(int(good), int(count))) for k, count, good in rows]
+    def ends(self, column: str) -> tuple[float, float] | None:
+        """Return the least and the largest finite number of a column; None where it has none."""
+        name = self._known(column, numbers=True)
+        low, high = self.asked(f"SELECT min({name}), max({name}) FROM flights WHERE {_told(name)}")[0]
+        return None if low is None else (float(low), float(high))
 
-    def over(
-        self, first: str, second: str, bins: tuple[int, int] = (18, 24)
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return edges (m + 1,) and (n + 1,) of two columns, and flights and successes (m, n) in between: a map of the basin."""
-        names = [self._known(column) for column in (first, second)]
-        ends = [self.asked(f"SELECT min({name}), max({name}) FROM flights WHERE isfinite({name})")[0] for name in names]
-        edges = [np.linspace(low, high, count + 1) for (low, high), count in zip(ends, bins, strict=True)]
-        places = [
-            f"least({count - 1}, floor(({name} - {edge[0]!r}) / {max(edge[1] - edge[0], 1e-300)!r}))::INTEGER"
-            for name, edge, count in zip(names, (each.tolist() for each in edges), bins, strict=True)
-        ]
+    def varies(self, column: str) -> bool:
+        """Return whether a column has more than one value; numbers that are not finite are none."""
+        name, condition = self._known(column), self._tells(column)
+        return len(self.asked(f"SELECT DISTINCT {name} FROM flights WHERE {condition} LIMIT 2")) > 1
+
+    def by(self, column: str, bins: int = 10) -> list[Bin]:
+        """Return the rate in at most so many bins of a column, which are equally wide and end at round numbers.
+
+        A column with few values has a bin for each; of one with many texts those with most flights do.  Flights without a finite number
+        are in none.
+        """
+        name, bins = self._known(column), _some(bins)
+        few = self.asked(f"SELECT DISTINCT {name} FROM flights WHERE {self._tells(column)} LIMIT {bins + 1}")
+        if len(few) > bins and column in self.numbers:
+            return self._parted(column, bins)
+        order = name if len(few) <= bins else f"count(*) DESC, {name}"
         rows = self.asked(
-            f"""SELECT {places[0]} AS a, {places[1]} AS b, count(*), count(*) FILTER (WHERE "{SUCCESS}")
-            FROM flights WHERE isfinite({names[0]}) AND isfinite({names[1]}) GROUP BY a, b"""
+            f"SELECT {name}, {self._measures} FROM flights WHERE {self._tells(column)} GROUP BY {name} ORDER BY {order} LIMIT {bins}"
         )
-        flights, successes = np.zeros(bins, dtype=int), np.zeros(bins, dtype=int)
+        return [Bin(value, value, *_judged(*told)) for value, *told in rows]
+
+    def _parted(self, column: str, bins: int) -> list[Bin]:
+        ends, (place, values) = self._edges(column, bins), self._place(column, bins)
+        rows = self.asked(
+            f"SELECT {place} AS place, {self._measures} FROM flights WHERE {self._tells(column)} GROUP BY place",
+            values,
+        )
+        judged = {place: _judged(*told) for place, *told in rows}
+        nothing = wilson(0, 0), (np.nan, np.nan)
+        return [
+            Bin(float(low), float(high), *judged.get(k, nothing))
+            for k, (low, high) in enumerate(itertools.pairwise(ends))
+        ]
+
+    def over(self, first: str, second: str, bins: tuple[int, int] = (18, 24)) -> Map:
+        """Return flights and successes in at most so many bins of two columns: a map of the basin."""
+        places = [self._place(column, _some(most)) for column, most in zip((first, second), bins, strict=True)]
+        ends = [self._edges(column, most) for column, most in zip((first, second), bins, strict=True)]
+        rows = self.asked(
+            f"""SELECT {places[0][0]} AS a, {places[1][0]} AS b, count(*), count(*) FILTER (WHERE "{SUCCESS}")
+            FROM flights WHERE {self._tells(first)} AND {self._tells(second)} GROUP BY a, b""",
+            places[0][1] + places[1][1],
+        )
+        flights, successes = (np.zeros([len(each) - 1 for each in ends], dtype=int) for _ in range(2))
         for a, b, count, good in rows:
             flights[a, b], successes[a, b] = count, good
-        return edges[0], edges[1], flights, successes
+        return Map(ends[0], ends[1], flights, successes)
 
-    def _known(self, column: str) -> str:
+    def _edges(self, column: str, most: int) -> np.ndarray:
+        """Return the ends of bins; around a single value they are half a unit away."""
+        found = self.ends(column)
+        if found is None:
+            raise InputError(f"{column} must have a finite number in some flight (got none); choose another quantity")
+        low, high = found
+        return edges(low, high, most, column.endswith("_deg")) if low < high else np.array([low - 0.5, high + 0.5])
+
+    def _place(self, column: str, most: int) -> tuple[str, list[float]]:
+        """Return in which bin a number is, counted from zero, as SQL with values."""
+        name, ends = self._known(column, numbers=True), self._edges(column, most)
+        last = len(ends) - 2
+        place = f"greatest(0, least({last}, floor(({name} - ?::DOUBLE) / ?::DOUBLE)))::INTEGER"
+        return place, [float(ends[0]), float(ends[-1] - ends[0]) / (last + 1)]
+
+    @property
+    def _measures(self) -> str:
+        """Return what is asked of the flights of every bin, for `_judged`."""
+        times = f"quantile_cont({SETTLING}, [0.5, 0.95]) FILTER (WHERE {SUCCESS} AND isfinite({SETTLING}))"
+        return f"count(*), count(*) FILTER (WHERE {SUCCESS}), {times if SETTLING in self.columns else 'NULL'}"
+
+    def _tells(self, column: str) -> str:
+        """Return the condition in SQL that a row tells something in a column."""
+        name = self._known(column)
+        return _told(name) if column in self.numbers else f"{name} IS NOT NULL"
+
+    def _known(self, column: str, numbers: bool = False) -> str:
         """Return a column's name as SQL writes it."""
         if column not in self.columns:
             raise UnknownNameError("column", column, self.columns)
+        if numbers and column not in self.numbers:
+            raise InputError(f"{column} must be a column of numbers (got {self.columns[column]}); choose another one")
         return '"' + column.replace('"', '""') + '"'
+
+
+def _told(name: str) -> str:
+    return f"isfinite({name}::DOUBLE)"
+
+
+def _some(bins: int) -> int:
+    """Return a number of bins that can be made."""
+    if not 1 <= whole(bins, "bins") <= MOST_BINS:
+        raise InputError(f"bins must be at least 1 and at most {MOST_BINS} (got {bins}); choose some")
+    return bins
+
+
+def _judged(count: int, successes: int, times: list[float] | None) -> tuple[Rate, tuple[float, float]]:
+    median, late = times or (np.nan, np.nan)
+    return wilson(int(successes), int(count)), (float(median), float(late))

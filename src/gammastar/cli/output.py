@@ -139,6 +139,17 @@ def export(facts: Mapping[str, Any], folder: Path, as_json: bool) -> None:
     text("\n".join(lines))
 
 
+def study(found: Mapping[str, Any], words: str, files: Sequence[Path], as_json: bool) -> None:
+    """Print what a campaign teaches, and where the page is that shows it."""
+    if as_json:
+        json_object({**found, "files": [str(file) for file in files]})
+        return
+    drawn = len({file.stem for file in files if file.suffix == ".png"})
+    others = [file.name for file in files if file.suffix not in (".png", ".svg")]
+    wrote = ["", f"wrote {files[0].parent}: {', '.join(others)} and {drawn} figures"] if files else []
+    text("\n".join([words, *wrote]))
+
+
 def missions(titles: Mapping[str, str], as_json: bool) -> None:
     """Print names and titles of missions."""
     if as_json:

@@ -152,6 +152,43 @@ def export(
 
 
 @app.command()
+def study(
+    campaign: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a campaign; it may still be flying.")],
+    by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY",
+            help="Tell success by this, such as truth.mass_scale or start.position; repeatable. All that varies, if left out.",
+        ),
+    ] = None,
+    bins: Annotated[int, typer.Option(help="Into how many parts a quantity is divided, at most.")] = 10,
+    out: Annotated[
+        str | None, typer.Option(metavar="DIR", help="Write a page, its numbers and its figures there.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tell what a campaign teaches: how often flights succeed, by what varies, what they take and why others fail."""
+    from gammastar.campaign.findings import findings
+    from gammastar.campaign.store import Store
+    from gammastar.campaign.study import Study
+    from gammastar.report import study as report
+    from gammastar.report.place import chosen_folder
+    from gammastar.report.study_tables import as_text
+
+    folder = None if out is None else chosen_folder(out, [report.DATA, report.INDEX])
+    asked = Study(Store.read(campaign))
+    with output.progress("reading"):
+        found = findings(asked, by or (), bins)
+    files = []
+    if folder is not None:
+        from gammastar.campaign.pictures import pictures
+
+        with output.progress("drawing"):
+            files = report.write(folder, found, pictures(asked, list(found["by"]), bins))
+    output.study(found, as_text(found, whole=bool(by)), files, as_json)
+
+
+@app.command()
 def missions(as_json: AsJson = False) -> None:
     """List the built-in missions."""
     output.missions({name: mission.load(name).title for name in mission.names()}, as_json)
