@@ -134,6 +134,37 @@ def test_a_broken_measurement_holds_the_last_output(broken: float) -> None:
     assert not pilot.step(good).flags & MEASUREMENT_REFUSED
 
 
+def test_a_channel_with_nothing_fresh_is_not_looked_at() -> None:
+    """NaN there, from the first step on, gives what the graph makes of the channel's last sample."""
+    program = exported("quadrotor")
+    good = program.graphs.measurement(start_of(program))
+    moved = good + np.concatenate([np.full(6, 1e-3), np.zeros(9), np.full(3, 1e-3), np.zeros(4)])
+    channels = {18: slice(0, 3), 19: slice(3, 6), 20: slice(6, 15), 21: slice(15, 18)}
+    for fresh, numbers in channels.items():
+        pilot = loaded(program).start(good)
+        for step, (measurement, last) in enumerate([(moved, good), (moved, moved), (good, moved)]):
+            held = measurement.copy()
+            held[fresh] = float(last is measurement)
+            held[numbers] = last[numbers]
+            wanted = program.stepped(pilot.memory, held, step)
+            if held[fresh] == 0:
+                held[numbers] = np.nan
+            output = pilot.step(held)
+            assert np.array(output.command) == pytest.approx(wanted[1], rel=1e-9)
+            assert pilot.memory == pytest.approx(wanted[0], rel=1e-9, abs=1e-9)
+            assert not output.flags & MEASUREMENT_REFUSED
+
+
+def test_a_broken_sample_is_forgotten() -> None:
+    """The sample before it is the last one of its channel."""
+    program = exported("quadrotor", "float32")
+    good = program.graphs.measurement(start_of(program))
+    pilot, stale, broken = loaded(program).start(good), good.copy(), good.copy()
+    stale[18], broken[0] = 0.0, np.nan
+    assert pilot.step(broken).flags & MEASUREMENT_REFUSED
+    assert not pilot.step(stale).flags & MEASUREMENT_REFUSED
+
+
 def test_a_matrix_that_is_no_rotation_is_refused() -> None:
     program = exported("upside-down", "float32")
     good = program.graphs.measurement(start_of(program))

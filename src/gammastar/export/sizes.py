@@ -32,7 +32,8 @@ def structures(program: Program) -> Structures:
     ]
     told = type("Output", (ctypes.Structure,), {"_fields_": output})
     counts = [("interval", ctypes.c_uint32), ("laps", ctypes.c_int32), ("is_started", ctypes.c_uint32)]
-    state = [("memory", real * program.autopilot.size), *counts, ("last", told)]
+    sample = ("sample", real * sum(CHANNELS.values()))
+    state = [("memory", real * program.autopilot.size), *counts, sample, ("last", told)]
     return Structures(
         type("State", (ctypes.Structure,), {"_fields_": state}),
         type("Measurement", (ctypes.Structure,), {"_fields_": measurement}),

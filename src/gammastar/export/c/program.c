@@ -30,14 +30,15 @@ static int all_finite(const real *numbers, uint32_t count) {
     return sum == 0;
 }
 
-/* The measurement as one array; what a channel has measured is told by sevenths. */
-static void gather(const @NAME@_measurement *from, real *measured) {
-    for (uint32_t k = 0; k < 3; k++) {
-        measured[k] = from->position[k];
-        measured[3 + k] = from->velocity[k];
-        measured[15 + k] = from->angular_velocity[k];
-    }
-    for (uint32_t k = 0; k < 9; k++) measured[6 + k] = from->attitude[k];
+/* The measurement as one array: of a channel that has nothing fresh, its last sample; the first measurement is taken whole.  How much of a
+ * channel is fresh is told in sevenths. */
+static void gather(const @NAME@_state *state, const @NAME@_measurement *from, real *measured) {
+    const real *last = state->sample;
+    const uint32_t first = state->is_started ? 0u : 1u;
+    memcpy(measured, from->fresh[0] | first ? from->position : last, sizeof from->position);
+    memcpy(measured + 3, from->fresh[1] | first ? from->velocity : last + 3, sizeof from->velocity);
+    memcpy(measured + 6, from->fresh[2] | first ? from->attitude : last + 6, sizeof from->attitude);
+    memcpy(measured + 15, from->fresh[3] | first ? from->angular_velocity : last + 15, sizeof from->angular_velocity);
     for (uint32_t k = 0; k < 4; k++) measured[18 + k] = (real)(from->fresh[k] & 7u) / (real)7;
 }
 @lookups@
@@ -60,41 +61,39 @@ static void begin(@NAME@_state *state, const real *measured) {
     const real parameter = start_parameter(measured);
 @path_data_at_parameter@
     start(measured, &parameter, @path_data@, state->memory);
+    memcpy(state->sample, measured, sizeof state->sample);
     state->is_started = all_finite(state->memory, @GUARD@_MEMORY) ? 1u : 0u;
 }
 
 void @NAME@_start(@NAME@_state *state, const @NAME@_measurement *measurement) {
     real measured[MEASURED];
     memset(state, 0, sizeof *state);
-    gather(measurement, measured);
+    gather(state, measurement, measured);
     if (is_usable(measured)) begin(state, measured);
 }
 
 void @NAME@_step(@NAME@_state *state, const @NAME@_measurement *measurement, @NAME@_output *output) {
-    real measured[MEASURED], next[@GUARD@_MEMORY], command[@GUARD@_COMMANDS], told[TOLD], time;
+    real measured[MEASURED], next[@GUARD@_MEMORY], told[TOLD], time;
 @declare_data@
-    gather(measurement, measured);
+    gather(state, measurement, measured);
     if (!is_usable(measured)) {
         hold(state, @GUARD@_MEASUREMENT_REFUSED, output);
         return;
     }
     if (!state->is_started) begin(state, measured);
 @data@
-    interval(state->memory, measured, &time, @reference_data@, @path_data@, next, command, told);
+    interval(state->memory, measured, &time, @reference_data@, @path_data@, next, output->command, told);
     /* What is told consists of these numbers and of the measurement. */
-    if (!state->is_started || !all_finite(next, @GUARD@_MEMORY) || !all_finite(command, @GUARD@_COMMANDS)) {
+    if (!state->is_started || !all_finite(next, @GUARD@_MEMORY) || !all_finite(output->command, @GUARD@_COMMANDS)) {
         hold(state, @GUARD@_RESULT_REFUSED, output);
         return;
     }
-    for (uint32_t k = 0; k < @GUARD@_COMMANDS; k++) output->command[k] = command[k];
-    for (uint32_t k = 0; k < 4; k++) output->input[k] = told[k];
-    for (uint32_t k = 0; k < 3; k++) {
-        output->acceleration[k] = told[7 + k];
-        output->jerk[k] = told[10 + k];
-        output->snap[k] = told[13 + k];
-        output->angular_acceleration[k] = told[16 + k];
-        output->position[k] = told[19 + k];
-    }
+    memcpy(output->input, told, sizeof output->input);
+    memcpy(output->acceleration, told + 7, sizeof output->acceleration);
+    memcpy(output->jerk, told + 10, sizeof output->jerk);
+    memcpy(output->snap, told + 13, sizeof output->snap);
+    memcpy(output->angular_acceleration, told + 16, sizeof output->angular_acceleration);
+    memcpy(output->position, told + 19, sizeof output->position);
     output->parameter = told[22];
     output->flags = (told[4] > 0 ? @GUARD@_WAITING : 0u) | (told[5] > 0 ? @GUARD@_CONSTRAINED : 0u);
     output->given_up = (uint32_t)told[6];
@@ -102,5 +101,6 @@ void @NAME@_step(@NAME@_state *state, const @NAME@_measurement *measurement, @NA
     state->last = *output;
 @wrap@
     for (uint32_t k = 0; k < @GUARD@_MEMORY; k++) state->memory[k] = next[k];
+    memcpy(state->sample, measured, sizeof state->sample);
     if (state->interval < UINT32_MAX) state->interval++;
 }

@@ -31,7 +31,7 @@ typedef struct {
     @NAME@_real velocity[3]; /* m/s, world */
     @NAME@_real attitude[9]; /* rotation matrix from body to world, row by row: [3 * i + j] is component i of body axis j */
     @NAME@_real angular_velocity[3]; /* rad/s, about the body axes */
-    uint8_t fresh[4]; /* of these four: bit k is set where axis k was measured since the last call; 7 is all of them */
+    uint8_t fresh[4]; /* of these four: bit k is set where axis k was measured since the last call, 7 for all; a channel with 0 is not looked at */
 } @NAME@_measurement;
 
 /* What is to be done, and what the autopilot thinks of it. */
@@ -55,6 +55,7 @@ typedef struct {
     uint32_t interval; /* control intervals since the start; it stops at its end, after @years@ */
     int32_t laps;
     uint32_t is_started;
+    @NAME@_real sample[18]; /* what was last measured: position, velocity, attitude, angular velocity */
     @NAME@_output last;
 } @NAME@_state;
 
