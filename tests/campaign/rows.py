@@ -41,6 +41,7 @@ def known() -> dict[str, np.ndarray]:
         "flight": np.arange(COUNT),
         "status": np.where(settled, "completed", "free_fall"),
         "settled": settled,
+        "cause": np.where(settled, "", "thrust fell to zero"),
         "end_time_s": np.where(settled, 20.0, 1.0),
         "settling_time_s": np.where(settled, 1 + tilt / 60, np.nan),
         "max_distance_m": np.where(settled, 2.0, np.inf),

@@ -49,7 +49,7 @@ def test_the_object_is_plain_and_tells_the_campaign(found: dict[str, object]) ->
     (cause,) = plain["causes"]
     assert (cause["cause"], cause["flights"], cause["median_end_time_s"]) == ("free_fall", COUNT - settled, 1.0)
     assert cause["first_flight"] == int(np.flatnonzero(~known()["settled"])[0])
-    assert "free fall" in cause["sentence"]
+    assert cause["sentence"] == "thrust fell to zero"
 
 
 def test_distributions_are_those_of_the_flights_that_settle(found: dict[str, dict[str, dict[str, float]]]) -> None:
@@ -209,6 +209,7 @@ def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str,
     assert words.startswith(f"{hummingbird().title}\n{COUNT:,} flights of the seed 0\n")
     rows = {line.split("  ")[0].strip(): line for line in words.splitlines() if line.strip()}
     assert rows["free fall"].split()[2] == f"{COUNT - int(known()['settled'].sum())}"
+    assert "free fall: thrust fell to zero" in rows
     assert "100.00 %" in rows["start tilt [°]"]
     assert "middle" not in as_text(found, whole=False).split("what success depends on")[0]
     assert "by controller.feedback" in as_text(found, whole=True)

@@ -5,10 +5,10 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from gammastar.figures import style
-from gammastar.figures.campaign import COLORS, Basin, Tolerance, classes, draw_basin, draw_tolerance
+from gammastar.figures.campaign import COLORS, FEW, PALE, Basin, Tolerance, classes, draw_basin, draw_tolerance
 from gammastar.figures.save import picture
 
-FLIGHTS = np.array([[0, 10, 10, 10], [100, 1000, 10_000, 10]])
+FLIGHTS = np.array([[0, 4, 10, 10], [100, 1000, 10_000, 10]])
 SUCCESSES = np.array([[0, 0, 1, 5], [90, 989, 9_999, 10]])
 BASIN = Basin("x [m]", "tilt [°]", np.array([0.0, 1.0, 3.0]), np.array([0.0, 45, 90, 135, 180]), FLIGHTS, SUCCESSES)
 NOTHING = np.full((2, 2), np.nan)
@@ -60,12 +60,13 @@ def test_cells_are_painted_where_they_are() -> None:
     cells.update_scalarmappable()
     colors = cells.get_facecolor().reshape(4, 2, 4)  # rows go up, columns across
     for across, up in np.argwhere(FLIGHTS > 0):
-        assert tuple(colors[up, across]) == pytest.approx(to_rgba(COLORS[classes(FLIGHTS, SUCCESSES)[across, up]]))
+        expected = to_rgba(COLORS[classes(FLIGHTS, SUCCESSES)[across, up]], 1.0 if FLIGHTS[across, up] >= FEW else PALE)
+        assert tuple(colors[up, across]) == pytest.approx(expected)
     assert colors[0, 0, 3] == 0  # what lies behind is seen
     assert axis.patch.get_hatch()
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["none", "≤ 50 %", "≤ 90 %", "≤ 99 %", "< 100 %", "all", "no flight"]
-    assert axis.get_title(loc="left") == "cells of 10 to 10,000 flights"
+    assert axis.get_title(loc="left") == "cells of 4 to 10,000 flights, pale below 5"
 
 
 def test_a_full_map_names_no_empty_cells() -> None:

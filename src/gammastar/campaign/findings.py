@@ -8,7 +8,6 @@ from typing import Any
 from gammastar.campaign.columns import THRUST_TO_WEIGHT, parted, those_of, varied
 from gammastar.campaign.rate import CONFIDENCE
 from gammastar.campaign.study import SUCCESS, Bin, Cause, Study
-from gammastar.flight.record import Status
 
 BINS = 10
 DISTRIBUTIONS = (
@@ -23,10 +22,7 @@ DISTRIBUTIONS = (
     "max_thrust_N",
     "min_free_fall_margin_m_s2",
 )
-SENTENCES = {status.name.lower(): status.value for status in Status} | {
-    "not settled": "flew to the end, but not on the path within the mission's settled_within",
-    "refused": "could not be built with the values that were drawn",
-}
+UNSETTLED = "flew to the end, but was not on the path within the mission's settled_within"
 
 
 def findings(study: Study, quantities: Sequence[str] = (), bins: int = BINS) -> dict[str, Any]:
@@ -90,11 +86,10 @@ def _bin(each: Bin) -> dict[str, Any]:
 def _cause(cause: Cause) -> dict[str, Any]:
     return {
         "cause": cause.status,
-        "sentence": SENTENCES.get(cause.status, ""),
+        "sentence": cause.words or (UNSETTLED if cause.status == "not settled" else ""),
         "flights": cause.rate.successes,
         "share": cause.rate.share,
         "interval": [cause.rate.low, cause.rate.high],
         "median_end_time_s": cause.end,
         "first_flight": cause.first,
-        "first_says": cause.words,
     }

@@ -87,5 +87,5 @@ def _vary(study: Study, columns: Sequence[str]) -> list[str]:
 def _title(study: Study) -> str:
     rate = study.rate()
     words = f"{percent(rate.share)} of {rate.flights:,} flights settle, 95 % interval {percent(rate.low)} to {percent(rate.high)}"
-    words = words.replace(" %", "\N{NO-BREAK SPACE}%")
+    words = words.replace(" %", "\N{NO-BREAK SPACE}%").replace("% interval", "%\N{NO-BREAK SPACE}interval")
     return f"{study.mission['title']}: {words}" if study.mission.get("title") else words

@@ -29,12 +29,12 @@ def thrust_to_weight(mission: str, columns: Collection[str]) -> str | None:
         chosen = parse(mission)
     except GammastarError:  # the rows of another version can be read, even where its missions cannot be flown any more
         return None
-    believed, truth = chosen.law().vehicle, chosen.file.truth
-    vehicle, own = truth.vehicle(believed, chosen.frame), np.asarray(truth.thrust_scale)
+    vehicle, truth = chosen.truth(), chosen.file.truth
+    own = np.asarray(truth.thrust_scale)
     if vehicle.rotors is None or vehicle.weight == 0 or own.shape != ():
         return None
     lift = sum(float(force.lift) for force in vehicle.forces if isinstance(force, Buoyancy))
-    thrust, weight = vehicle.rotors.thrust_range[1], believed.mass * vehicle.gravity
+    thrust, weight = vehicle.rotors.thrust_range[1], chosen.law().vehicle.mass * vehicle.gravity
     scaled = f"{thrust / float(own):.17e} * {_name(THRUST) if THRUST in columns else f'{float(own):.17e}'}"
     mass = _name(MASS) if MASS in columns else f"{truth.mass_scale:.17e}"
     return f"{scaled} / nullif(abs({weight:.17e} * {mass} - {lift:.17e}), 0)"

@@ -45,7 +45,7 @@ class Cause(NamedTuple):
     rate: Rate  # of it, among all flights
     first: int  # number of the first flight with it
     end: float  # [s] median of when they end
-    words: str  # what the first of them tells in addition
+    words: str  # what the row of the first of them says; empty where it says nothing
 
 
 class Map(NamedTuple):

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 BOUNDS = (0.5, 0.9, 0.99)  # shares of success between which a colour stays; none and all have their own
 COLORS = (style.VERMILION, style.ORANGE, "#F6DFA4", "#C6DFEE", "#56B4E9", style.BLUE)  # from none to all
 NAMES = ("none", "≤ 50 %", "≤ 90 %", "≤ 99 %", "< 100 %", "all")
-EMPTY = "no flight"
+EMPTY, FEW = "no flight", 5  # flights in a cell, below which its colour says little
+PALE = 0.35  # opacity of such a cell
 HATCH = "////"
 PANEL, PAIR_HEIGHT, LEGEND_HEIGHT = (
     3.1,
@@ -64,7 +65,7 @@ def classes(flights: np.ndarray, successes: np.ndarray) -> np.ndarray:
 
 @style.drawing()
 def draw_basin(basins: Sequence[Basin], title: str = "") -> Figure:
-    """Draw maps beside each other, coloured by the share of flights that succeed; cells without a flight are hatched."""
+    """Draw maps beside each other, coloured by the share of flights that succeed; cells of few flights are pale, of none hatched."""
     width = max(style.WIDTH, PANEL * len(basins)) if len(basins) > 1 else style.WIDTH
     height = PANEL + LEGEND_HEIGHT + (0.9 if len(basins) == 1 else 0.0) + style.title_height(title, width)
     figure = style.new_figure(width, height, title)
@@ -95,7 +96,8 @@ def _map(axis: Axes, basin: Basin) -> None:
     axis.patch.set(facecolor="white", hatch=HATCH, edgecolor=style.GRID)
     norm = BoundaryNorm(np.arange(len(COLORS) + 1) - 0.5, len(COLORS))
     cells = classes(basin.flights, basin.successes).T
-    axis.pcolormesh(basin.across_edges, basin.up_edges, cells, cmap=ListedColormap(COLORS), norm=norm)
+    opacity = np.where(basin.flights.T < FEW, PALE, 1.0)
+    axis.pcolormesh(basin.across_edges, basin.up_edges, cells, cmap=ListedColormap(COLORS), norm=norm, alpha=opacity)
     axis.set_xlabel(basin.across, fontsize=style.LABEL, color=style.INK)
     style.label(axis, basin.up)
     if basin.equal:
@@ -105,7 +107,8 @@ def _map(axis: Axes, basin: Basin) -> None:
             _angles(scale, edges)
     if basin.downward:
         axis.invert_yaxis()
-    style.heading(axis, f"cells of {_range(basin.flights[basin.flights > 0])} flights")
+    counts = basin.flights[basin.flights > 0]
+    style.heading(axis, f"cells of {_range(counts)} flights{f', pale below {FEW}' if (counts < FEW).any() else ''}")
 
 
 def _angles(scale: Any, edges: np.ndarray) -> None:
@@ -113,7 +116,7 @@ def _angles(scale: Any, edges: np.ndarray) -> None:
     from matplotlib.ticker import MultipleLocator
 
     reach = edges[-1] - edges[0]
-    step = next((step for step in (15, 30, 45, 90) if 3 <= reach / step <= 6), None)
+    step = next((step for step in (5, 10, 15, 30, 45, 60, 90) if 3 <= reach / step <= 6), None)
     if step is not None:
         scale.set_major_locator(MultipleLocator(step))
 
@@ -137,6 +140,8 @@ def draw_tolerance(tolerance: Tolerance, title: str = "") -> Figure:
     for axis in axes:
         style.dress(axis)
         axis.set_xlabel(tolerance.label, fontsize=style.LABEL, color=style.INK)
+        if tolerance.edges is not None and "°" in tolerance.label:
+            _angles(axis.xaxis, tolerance.edges)
     share, low, high = (100 * each for each in (tolerance.share, *tolerance.interval.T))
     _line(axes[0], tolerance, share, style.BLUE, "share", (low, high))
     told = tolerance.flights > 0

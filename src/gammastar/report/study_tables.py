@@ -18,6 +18,7 @@ class Table(NamedTuple):
     title: str
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
+    notes: Sequence[str] = ()  # sentences below it
 
 
 def opening(found: Mapping[str, Any]) -> list[str]:
@@ -55,7 +56,7 @@ def as_text(found: Mapping[str, Any], whole: bool) -> str:
 
     console = Console(width=1000)  # a table takes what it needs, and is cut nowhere
     with console.capture() as capture:
-        for title, head, rows in tables(found, whole):
+        for title, head, rows, notes in tables(found, whole):
             table = RichTable(
                 box=SIMPLE_HEAD, title=Text(title), title_justify="left", title_style="bold", pad_edge=False
             )
@@ -64,6 +65,10 @@ def as_text(found: Mapping[str, Any], whole: bool) -> str:
             for row in rows:
                 table.add_row(*map(Text, row))
             console.print(table)
+            for note in notes:
+                console.print(Text(f" {note}"))
+            if notes:
+                console.print()
     lines = (line.rstrip() for line in capture.get().splitlines())
     return "\n".join([*opening(found), "", *lines]).rstrip("\n")
 
@@ -80,7 +85,9 @@ def _causes(found: Mapping[str, Any]) -> Table:
         )
         for each in found["causes"]
     ]
-    return Table("why flights fail", ("cause", "flights", "share", "interval", "median end [s]", "first flight"), rows)
+    notes = [f"{each['cause'].replace('_', ' ')}: {each['sentence']}" for each in found["causes"] if each["sentence"]]
+    head = ("cause", "flights", "share", "interval", "median end [s]", "first flight")
+    return Table("why flights fail", head, rows, notes)
 
 
 def _distributions(found: Mapping[str, Any]) -> Table:
