@@ -96,7 +96,7 @@ def _map(axis: Axes, basin: Basin) -> None:
     axis.patch.set(facecolor="white", hatch=HATCH, edgecolor=style.GRID)
     norm = BoundaryNorm(np.arange(len(COLORS) + 1) - 0.5, len(COLORS))
     cells = classes(basin.flights, basin.successes).T
-    opacity = np.where(basin.flights.T < FEW, PALE, 1.0)
+    opacity: Any = np.where(basin.flights.T < FEW, PALE, 1.0)
     axis.pcolormesh(basin.across_edges, basin.up_edges, cells, cmap=ListedColormap(COLORS), norm=norm, alpha=opacity)
     axis.set_xlabel(basin.across, fontsize=style.LABEL, color=style.INK)
     style.label(axis, basin.up)
