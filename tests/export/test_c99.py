@@ -14,6 +14,7 @@ from export.programs import exported, flown, has_sanitizers, needs_compiler, sta
 from gammastar.errors import InputError
 from gammastar.export.c99 import sources
 from gammastar.export.load import CONSTRAINED, MEASUREMENT_REFUSED, NOT_STARTED, RESULT_REFUSED, loaded, told_of
+from gammastar.export.program import c_name
 from gammastar.export.targets import files_of
 from gammastar.export.vectors import moments
 from gammastar.mission import names
@@ -211,10 +212,26 @@ def test_it_starts_where_the_path_is_nearest() -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["selftest", "math", "Upright", "2d", "a-b", ""])
+@pytest.mark.parametrize("name", ["selftest", "math", "look_up", "log", "crazyflie", "Upright", "2d", "a-b", ""])
 def test_a_name_that_c_cannot_have_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="the name of an export must"):
         dataclasses.replace(exported("upright"), name=name)
+
+
+@pytest.mark.parametrize(
+    ("name", "prefix"), [("log", "mission_log"), ("look_up", "mission_look_up"), ("a b-c", "a_b_c")]
+)
+def test_a_mission_whose_name_is_taken_has_another_prefix(name: str, prefix: str) -> None:
+    """A file log.h of ours beside the firmware's, or an array look_up_path_0 beside the function, would be taken for the other."""
+    assert c_name(name) == prefix
+
+
+def test_a_title_stands_as_it_is() -> None:
+    """Though it looks like a placeholder, or like the end of a comment."""
+    program = dataclasses.replace(exported("upright"), title="@real@ @mission@ */ int x;")
+    files = files_of(program, "c99", 0.1)
+    assert "\n@real@ @mission@ * / int x;\n" in files["README.md"]
+    assert files["upright.h"].startswith("/* @real@ @mission@ * / int x;\n")
 
 
 def test_a_frame_is_a_name_for_the_same_flight() -> None:

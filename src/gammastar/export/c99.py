@@ -13,7 +13,7 @@ from gammastar.export.tables import declared, literal, readers
 from gammastar.path import ParametricPath
 
 COUNTS = 2**32 - 1  # of control intervals
-PLACEHOLDER = re.compile(r"@(\w+)@")
+PLACEHOLDER = re.compile(r"^@(\w+)@(\n)|@(\w+)@", re.MULTILINE)
 
 SEARCHED = """
 /* The parameter of the point nearest to the vehicle: the nearest of some points of the path, and Newton steps from there on. */
@@ -67,10 +67,12 @@ AXES = {
 
 def filled(text: str, values: dict[str, str]) -> str:
     """Return a template with its @placeholders@ filled; what is left of a line that held nothing but an empty one goes too."""
-    text = re.sub(
-        r"^@(\w+)@\n", lambda found: f"{values[found[1]]}\n" if values[found[1]] else "", text, flags=re.MULTILINE
-    )
-    return PLACEHOLDER.sub(lambda found: values[found[1]], text)
+
+    def value(found: re.Match[str]) -> str:
+        text = values[found[1] or found[3]]
+        return f"{text}{found[2] or ''}" if text else ""
+
+    return PLACEHOLDER.sub(value, text)
 
 
 def template(name: str) -> str:

@@ -24,18 +24,31 @@ SAMPLES = (64, 2048)  # fewest and most of them
 NEWTON_STEPS = 16  # from a sample to the nearest point
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 TAKEN = (
-    "selftest",
-    "assert",
-    "float",
-    "limits",
-    "math",
-    "stddef",
-    "stdint",
-    "stdio",
-    "stdlib",
-    "string",
-    "time",
-)  # file names
+    *(
+        "selftest",
+        "assert",
+        "float",
+        "limits",
+        "math",
+        "stddef",
+        "stdint",
+        "stdio",
+        "stdlib",
+        "string",
+        "time",
+    ),  # files
+    *(
+        "app",
+        "controller",
+        "crazyflie",
+        "freertos",
+        "log",
+        "param",
+        "stabilizer_types",
+        "task",
+    ),  # with the target crazyflie
+    "look_up",  # functions that read tables are called so
+)
 DEFAULT_NAME = "mission"
 DEFAULT_REAL = "float32"
 REALS = {"float32": "float", "float64": "double"}
@@ -79,7 +92,7 @@ class Program:
     def __post_init__(self) -> None:
         if not NAME.fullmatch(self.name) or self.name in TAKEN:
             raise InputError(
-                f"the name of an export must consist of small letters, digits and _, a letter first, and be no file of C's own "
+                f"the name of an export must consist of small letters, digits and _, a letter first, and not be taken "
                 f"(got {self.name!r}); rename it"
             )
         if self.real not in REALS:
