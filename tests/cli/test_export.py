@@ -1,6 +1,7 @@
 """`gammastar export`: what it writes, prints and refuses."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,30 @@ def test_a_folder_that_cannot_be_written_whole_is_not_written(
     assert "No space left" in exported(capsys, out, "--real", "float64", code=2)
     assert {file.name: file.read_bytes() for file in out.iterdir()} == before
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize("moves", [0, 3, 9])
+def test_an_export_that_was_killed_is_replaced(
+    moves: int, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After any number of its files were moved; what it left under another name goes too, and what is not an export's stays."""
+    out, replace, made = tmp_path / "out", place.os.replace, []
+
+    def killed(source: Path, target: Path) -> None:
+        made.append(target)
+        if len(made) <= moves:
+            replace(source, target)
+        elif len(made) == moves + 1:
+            shutil.copytree(out, tmp_path / "left")  # as the folder would be found
+
+    exported(capsys, out)
+    monkeypatch.setattr(place.os, "replace", killed)
+    exported(capsys, out)
+    monkeypatch.undo()
+    left = tmp_path / "left"
+    assert any(file.name.startswith(place.WORKBENCH) for file in left.iterdir())
+    exported(capsys, left)
+    assert sorted(file.name for file in left.iterdir()) == sorted(json.loads((left / place.FACTS).read_text())["files"])
 
 
 def test_a_folder_with_folders_is_written_over_unless_it_holds_something_else(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import tempfile
@@ -17,6 +18,7 @@ FACTS = "export.json"  # by which a folder is known as an export
 BUILT = (".o", ".a", ".elf", ".map")  # what a build leaves in it
 BUILD = "build"  # and where others do
 SELFTEST = "selftest"
+WORKBENCH = ".gammastar-"  # how names begin under which an export is made ready; one that was killed leaves it
 
 
 def facts_of(program: Program, target: str, files: Mapping[str, str]) -> dict[str, Any]:
@@ -42,7 +44,7 @@ def facts_of(program: Program, target: str, files: Mapping[str, str]) -> dict[st
 def chosen_folder(out: str) -> Path:
     """Return the folder that a user names, or raise `InputError` now if an export cannot be written there.
 
-    It may be new, empty, or hold an earlier export and what was built of it.
+    It may be new, empty, or hold an earlier export and what was built of it, or what is left of one that was killed.
     """
     if not out:
         raise InputError('out must be a folder (got ""); name one, such as out/autopilot')
@@ -57,7 +59,7 @@ def chosen_folder(out: str) -> Path:
         for place in folder.rglob("*") if known else sorted(folder.iterdir()):
             name = place.relative_to(folder)
             is_built = known and (place.suffix in BUILT or BUILD in name.parts[:1] or place.is_dir())
-            if not is_built and name.as_posix() not in known:
+            if not is_built and not name.parts[0].startswith(WORKBENCH) and name.as_posix() not in known:
                 raise InputError(
                     f"out must be new, empty, or an earlier export (got {folder}, which holds {name}); choose another folder"
                 )
@@ -72,7 +74,7 @@ def write(folder: Path, files: Mapping[str, str], facts: Mapping[str, Any]) -> N
     """
     texts = {**files, FACTS: json.dumps(facts, indent=2) + "\n"}
     existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    with tempfile.TemporaryDirectory(prefix=".gammastar-", dir=existing) as workbench:
+    with tempfile.TemporaryDirectory(prefix=WORKBENCH, dir=existing) as workbench:
         made, before = Path(workbench, "made"), Path(workbench, "before")
         made.mkdir()
         before.mkdir()
@@ -98,9 +100,11 @@ def write(folder: Path, files: Mapping[str, str], facts: Mapping[str, Any]) -> N
 
 
 def _earlier(folder: Path) -> set[str]:
-    """Return the names of the files of an earlier export; none where the folder holds none."""
-    try:
-        facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
-        return {SELFTEST, *map(str, facts["files"])} if facts["target"] and facts["operations"] else set()
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+    """Return the names of the files of an earlier export, also of one that was killed while it replaced another; none if there is none."""
+    names = set[str]()
+    for place in (folder / FACTS, *folder.glob(f"{WORKBENCH}*/*/{FACTS}")):
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+            facts = json.loads(place.read_text(encoding="utf-8"))
+            if facts["target"] and facts["operations"]:
+                names |= {SELFTEST, *map(str, facts["files"])}
+    return names
