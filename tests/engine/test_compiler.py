@@ -249,6 +249,43 @@ def test_nonsense_in_cc_is_one_sentence(command: str, monkeypatch) -> None:
     assert str(caught.value.log) in str(caught.value)
 
 
+@steps.needs_compiler
+def test_a_compiler_that_takes_all_numbers_for_finite_is_refused(monkeypatch) -> None:
+    monkeypatch.setenv("CC", " ".join([*module.compiler().command, "-ffast-math"]))
+    with pytest.raises(CompilerError, match=r"must keep NaN .*; leave -ffast-math out"):
+        flown()
+
+
+@posix
+@steps.needs_compiler
+def test_what_is_no_text_is_kept_too(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", compiler_that(tmp_path, "printf 'no \\377' >&2; exit 1"))
+    with pytest.raises(CompilerError, match="exit code 1") as caught:
+        flown()
+    assert "no \\xff" in Path(caught.value.log).read_text()
+
+
+@posix
+@steps.needs_compiler
+def test_a_compiler_that_vanishes_is_one_sentence(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setenv("CC", compiler_that(tmp_path, ":"))
+    module.compiler()
+    (tmp_path / "cc").unlink()
+    with pytest.raises(CompilerError, match=r"must be there \(got .*No such file.*\); set CC"):
+        flown()
+
+
+@steps.needs_compiler
+def test_a_full_disk_is_one_sentence_and_leaves_no_drafts(cache: Path, monkeypatch) -> None:
+    def full(draft: str, place: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module.os, "replace", full)
+    with pytest.raises(CompilerError, match=r"No space left on device\); .* TMPDIR to a folder with room"):
+        flown()
+    assert list(cache.iterdir()) == []
+
+
 def test_no_compiler_is_one_sentence(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))

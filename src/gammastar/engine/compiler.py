@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ WIDE = ("-mprefer-vector-width=512",)  # with AVX-512, of which compilers use ha
 # Instructions are ordered before registers are given out: a quarter faster.  What branches share is not looked for: there are none.
 GCC = ("-fschedule-insns", "-fsched-pressure", "-fno-tree-pre")  # clang has no such flags
 MOST_KEPT = 200  # files in the cache; the one used longest ago goes first
+FINITE = "#define __FINITE_MATH_ONLY__ 1"  # among the macros of a compiler that lets NaN pass unseen
 LANES = {"__AVX512F__": 8, "__AVX__": 4, "__SSE2__": 2, "__ARM_NEON": 2}  # doubles in a vector register; 1 without any
 
 
@@ -55,7 +56,20 @@ def compiler() -> Compiler:
     Raises:
         CompilerError: None does.
     """
-    return _found(os.environ.get("CC", "").strip(), os.environ.get("PATH", ""))
+    with _told():
+        return _found(os.environ.get("CC", "").strip(), os.environ.get("PATH", ""))
+
+
+@contextlib.contextmanager
+def _told() -> Iterator[None]:
+    """Say in a sentence that a file could not be used, wherever the system says so."""
+    try:
+        yield
+    except OSError as error:
+        raise CompilerError(
+            f"a compiler and a temporary folder must be there (got {error}); set CC to gcc or clang, and TMPDIR to a folder with room",
+            None,
+        ) from error
 
 
 @functools.cache
@@ -65,10 +79,15 @@ def _found(wanted: str, path: str) -> Compiler:
         for target in TARGETS:
             asked = [*command, *target, "-dM", "-E", "-x", "c", os.devnull]
             try:
-                answer = subprocess.run(asked, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+                answer = _answer(asked)
             except OSError as error:
                 log.append(f"{shlex.join(asked)}\n{error}")
                 continue
+            if FINITE in answer.stdout:
+                raise CompilerError(
+                    f"a C compiler must keep NaN (got {shlex.join(command)}, which takes every number for finite); leave -ffast-math out",
+                    None,
+                )
             if answer.returncode == 0 and "#define __STDC__" in answer.stdout:
                 more = WIDE * ("__AVX512F__" in answer.stdout) + GCC * ("__clang__" not in answer.stdout)
                 return Compiler(tuple(command), (*FLAGS, *target, *more), answer.stdout)
@@ -76,6 +95,13 @@ def _found(wanted: str, path: str) -> Compiler:
     got = f"CC={wanted!r}, which does not answer as one" if wanted else f"none of {', '.join(KNOWN)} on PATH"
     place = _stored("compiler.log", "\n".join(log or [f"PATH={path}"]).encode())
     raise CompilerError(f"a C compiler must be there (got {got}; see {place}); install gcc or clang, or set CC", place)
+
+
+def _answer(asked: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Return what a command says; bytes that are no text are shown as such."""
+    return subprocess.run(
+        asked, capture_output=True, text=True, errors="backslashreplace", check=False, stdin=subprocess.DEVNULL
+    )
 
 
 def _words(command: str) -> list[str]:
@@ -91,8 +117,13 @@ def library(maker: Compiler, source: str) -> ctypes.CDLL:
     """Return the library of a source, compiled or taken from an earlier run; calls into it release the interpreter lock.
 
     Raises:
-        CompilerError: The compiler refuses the source.
+        CompilerError: The compiler refuses the source, or what it makes has no place.
     """
+    with _told():
+        return _library(maker, source)
+
+
+def _library(maker: Compiler, source: str) -> ctypes.CDLL:
     key = maker.key(source)
     for kept in _kept(key):
         try:
@@ -117,7 +148,8 @@ def _loaded(place: Path) -> ctypes.CDLL:
         return ctypes.CDLL(str(place))
     except OSError as error:
         raise CompilerError(
-            f"a compiled step must be loaded (got {error}); set TMPDIR to a folder whose programs may run", place
+            f"a compiled step must be loaded (got {error}); set TMPDIR to a folder whose programs may run, or CC to another gcc or clang",
+            place,
         ) from error
 
 
@@ -127,7 +159,7 @@ def _compiled(maker: Compiler, key: str, source: str) -> bytes:
         text, made = Path(place, "step.c"), Path(place, "step.so")
         text.write_text(source, encoding="utf-8")
         asked = [*maker.command, *maker.flags, str(text), "-o", str(made), "-lm"]
-        answer = subprocess.run(asked, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+        answer = _answer(asked)
         if answer.returncode == 0 and made.exists():
             return made.read_bytes()
     _stored(f"{key}.c", source.encode())
@@ -200,7 +232,12 @@ def _written(folder: Path, name: str, content: bytes) -> Path:
     """Write a file whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     handle, draft = tempfile.mkstemp(dir=folder)
-    with os.fdopen(handle, "wb") as file:
-        file.write(content)
-    os.replace(draft, folder / name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(draft, folder / name)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(draft)
+        raise
     return folder / name
