@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Integral
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -40,8 +42,10 @@ def magnitude(value: object, name: str, *, above: float | None = None, at_least:
 
 
 def whole(value: object, name: str) -> int:
-    """Return a whole number from zero, or raise `InputError` naming it."""
+    """Return a whole number from zero, one of Python's own to its last digit, or raise `InputError` naming it."""
     result = number(value, name, at_least=0)
+    if isinstance(value, Integral):
+        return int(value)
     if result != int(result):
         raise InputError(f"{name} must be a whole number (got {result:g}); round it")
     return int(result)

@@ -35,6 +35,12 @@ def test_a_pair_is_made_from_the_words_of_its_seed_flight_step_and_channel() -> 
         assert found[row : row + 2, 2, 1].tolist() == [((word >> 12) + 0.5) * 2.0**-52 for word in words]
 
 
+def test_numbers_of_flights_keep_every_digit() -> None:
+    """Small ones beside large ones too, of which NumPy makes doubles."""
+    for numbers in ([2**53, 2**53 + 1], [2**63, 2**63 - 1], np.array([3, 4], np.uint32), [2**64 - 1, 0]):
+        assert engine.checked_flights(numbers, 2).tolist() == list(numbers)
+
+
 def test_a_number_does_not_depend_on_what_is_drawn_beside_it() -> None:
     every = engine.uniforms(1, np.arange(6), np.arange(50), (0, 1, 2))
     assert np.array_equal(engine.uniforms(1, 4, np.arange(20, 30), (1,)), every[2:4, 20:30, 4])

@@ -219,18 +219,38 @@ def test_the_summary_counts_and_orders() -> None:
     [
         ({"starts": NEAR[0]}, "starts must be a list"),
         ({"starts": [3.0]}, r"gs\.State"),
-        ({"flights": [1]}, "one number a start"),
-        ({"flights": [1, -1]}, "each of the flights"),
+        ({"flights": [1]}, "flights must be 2 whole numbers"),
+        ({"flights": [1, -1]}, "flights must be 2 whole numbers"),
         ({"record": [2]}, "below the number of flights"),
         ({"engine": "abacus"}, "must be one of"),
         ({"speed": None}, "exactly one of speed and reference"),
         ({"noise": gs.SensorNoise()}, "sampled feedback"),
+        ({"record": 3}, "record must be a list of places"),
+        ({"law": []}, r"laws must be one, or one a start \(got 0 for 2\)"),
+        ({"varied": [1, 2]}, "varied must be a Mapping"),
+        ({"varied": {"mass_scale": ["a", "b"]}}, "mass_scale must be numbers"),
     ],
     ids=str,
 )
 def test_what_cannot_be_flown_is_refused(arguments: dict[str, Any], words: str) -> None:
-    given = {"starts": NEAR, "speed": 1.0, "duration": 0.1} | arguments
+    law = gs.design(PLAIN, gs.paths.circle(), POLES)
+    given = {"law": law, "starts": NEAR, "speed": 1.0, "duration": 0.1} | arguments
     with pytest.raises(InputError, match=words):
-        gs.fly_many(gs.design(PLAIN, gs.paths.circle(), POLES), **given)
+        gs.fly_many(**given)
     with pytest.raises(InputError, match="below their number"):
         flown("implicit").record(2)
+
+
+def test_seeds_and_numbers_that_differ_in_their_last_digit_draw_anew() -> None:
+    """Up to the largest word; a double does not hold their last digits."""
+    law, far = gs.design(PLAIN, gs.paths.circle(), POLES), 2**64 - 1
+    setting: dict[str, Any] = {"speed": 1.0, "duration": 0.1, "step": 1e-2, "feedback": "start", "rate": 100.0}
+    setting["noise"] = gs.SensorNoise((0.1, 0.1, 0.1), (0, 0, 0))
+    ends = list[float]()
+    for seed in (far, far - 1):
+        setting["seed"] = seed
+        flights = gs.fly_many(law, [NEAR[0]] * 3, flights=[far, far - 1, 0], engine="casadi", **setting)
+        ends += flights["final_distance_m"].tolist()
+        assert flights["flight"].tolist() == [far, far - 1, 0]
+        assert gs.fly(law, NEAR[0], flight=far, **setting).distance[-1] == flights["final_distance_m"][0]
+    assert len(set(ends)) == 6

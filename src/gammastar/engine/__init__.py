@@ -3,7 +3,7 @@
 from gammastar.engine.compiled import compilations, compiled
 from gammastar.engine.machines import processors, run, trace
 from gammastar.engine.python_source import python_source
-from gammastar.engine.random import uniforms
+from gammastar.engine.random import checked_flights, uniforms
 from gammastar.engine.step import Inputs, Step
 from gammastar.engine.tape import Tape, tape_of
 from gammastar.engine.virtual import CHUNK, scan
@@ -13,6 +13,7 @@ __all__ = [
     "Inputs",
     "Step",
     "Tape",
+    "checked_flights",
     "compilations",
     "compiled",
     "processors",

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar.checks import shortened
-from gammastar.engine.random import checked_seed, uniforms
+from gammastar.engine.random import checked_flights, checked_seed, uniforms
 from gammastar.engine.step import Step
 from gammastar.errors import InputError, ShapeError
 from gammastar.lookup import Table
 
+MOST_STEPS = 2**53  # beyond, the number of a step is no double
 Progress = Callable[[int], None]  # called with the number of steps done so far
 
 
@@ -74,20 +75,21 @@ def batch(
     parameters: ArrayLike | None,
 ) -> Batch:
     """Return flights from starts (n, flights), or raise `InputError`; parameters are (p,) or (p, flights), and flights count from zero."""
-    states = np.array(starts, dtype=float, ndmin=2)
+    states = np.array(_numbers(starts, "starts"), ndmin=2)
     if states.ndim != 2 or states.shape[0] != step.size:
         raise ShapeError(f"starts must be ({step.size}, flights) (got {np.shape(starts)}); give a column a flight")
     count, size = states.shape[1], int(step.core.numel_in(1))
-    numbers = np.arange(count) if flights is None else np.asarray(flights)
-    if numbers.shape != (count,) or numbers.dtype.kind not in "iu" or np.any(numbers < 0):
-        raise ShapeError(
-            f"flights must be {count} whole numbers from zero (got {shortened(flights)}); give one a start"
-        )
-    told = np.empty(0) if parameters is None else np.asarray(parameters, dtype=float)
+    numbers = checked_flights(flights, count)
+    told = np.empty(0) if parameters is None else _numbers(parameters, "parameters")
     given = told[:, None] if told.ndim == 1 else told
     if given.shape not in ((size, 1), (size, count)):
         raise ShapeError(
             f"parameters must be ({size},) or ({size}, {count}) (got {told.shape}); give them for all flights or for each"
+        )
+    begin, count_of_steps = _whole(first, "first"), _whole(steps, "steps")
+    if begin + count_of_steps > MOST_STEPS:
+        raise InputError(
+            f"first and steps must be at most 2^53 together (got {shortened(first)} and {shortened(steps)}); take fewer"
         )
     for lookup in step.lookups:
         if not isinstance(lookup.table, Table) and len(lookup.table) != count:
@@ -97,12 +99,19 @@ def batch(
     return Batch(
         step,
         states,
-        _whole(steps, "steps"),
-        _whole(first, "first"),
+        count_of_steps,
+        begin,
         checked_seed(seed),
         numbers.astype(np.uint64),
         np.array(np.broadcast_to(given, (size, count))),
     )
+
+
+def _numbers(values: ArrayLike, name: str) -> np.ndarray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ShapeError(f"{name} must be numbers in columns (got {shortened(values)}); give numbers alone") from error
 
 
 def _whole(value: Any, name: str) -> int:

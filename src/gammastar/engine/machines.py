@@ -10,12 +10,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gammastar.checks import whole
 from gammastar.engine.arrays import Arrays
 from gammastar.engine.batch import Batch, Progress, batch
 from gammastar.engine.native import Native
 from gammastar.engine.step import Step
 from gammastar.engine.virtual import CHUNK, Virtual
-from gammastar.errors import CompilerError, MachineWarning, ShapeError, UnknownNameError
+from gammastar.errors import CompilerError, InputError, MachineWarning, ShapeError, UnknownNameError
 
 Stop = Callable[[np.ndarray, np.ndarray], int | None]
 
@@ -65,7 +66,10 @@ def run(
         progress: Called with the number of steps done so far, in all flights; one that has ended counts as all of its steps.
     """
     given = batch(step, starts, steps, first, seed, flights, parameters)
-    return machine_of(machine, step).fly(given, workers or processors(), progress or _nothing)
+    threads = processors() if workers is None else whole(workers, "workers")
+    if threads == 0:
+        raise InputError("workers must be at least 1 (got 0); leave them out for one on every processor")
+    return machine_of(machine, step).fly(given, threads, progress or _nothing)
 
 
 def trace(

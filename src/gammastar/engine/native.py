@@ -54,7 +54,8 @@ class Native:
         finally:  # after an interruption too: nothing goes on in the background
             job.stop = 1
             for each in threads:
-                each.join()
+                if each.ident is not None:  # an interruption may come before the last ones have begun
+                    each.join()
         tell(int(done[:, 0].sum()))
         return job.ends
 

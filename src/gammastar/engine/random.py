@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar.checks import shortened
-from gammastar.errors import InputError
+from gammastar.errors import InputError, ShapeError
 
 ROTATIONS = (16, 42, 12, 31, 16, 32, 24, 21)  # bits, of eight rounds that repeat
 ROUNDS = 20
@@ -69,3 +70,24 @@ def checked_seed(seed: int) -> int:
     if not 0 <= number < WORDS:
         raise InputError(f"seed must be a whole number from 0 to 2^64 - 1 (got {shortened(seed)}); choose one in it")
     return number
+
+
+def checked_flights(flights: Sequence[int] | np.ndarray | None, count: int) -> np.ndarray:
+    """Return the numbers (count,) of flights, counted from zero when none are given, or raise `ShapeError`: each is a word of the key."""
+    if flights is None:
+        return np.arange(count)
+    given = flights if isinstance(flights, np.ndarray) and flights.dtype.kind in "iu" else _words(flights)
+    if given is None or given.shape != (count,) or np.any(given < 0):
+        raise ShapeError(
+            f"flights must be {count} whole numbers from 0 to 2^64 - 1 (got {shortened(flights)}); give one a start"
+        )
+    return given
+
+
+def _words(numbers: Any) -> np.ndarray | None:
+    """Return whole numbers as an array that holds every digit of them, or None if they are none or too large."""
+    try:
+        words = [operator.index(each) for each in numbers]
+        return np.array(words, dtype=np.uint64 if words and max(words) >= WORDS // 2 else np.int64)
+    except (TypeError, OverflowError):
+        return None

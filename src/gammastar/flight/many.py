@@ -82,14 +82,12 @@ def fly_many(
     begun = list(starts)
     for start in begun:
         instance(start, State, "each of the starts", "make one with gs.State(position)")
-    numbers = (
-        np.arange(len(begun)) if flights is None else np.array([whole(each, "each of the flights") for each in flights])
-    )
-    if len(numbers) != len(begun):
-        raise InputError(f"flights must be one number a start (got {len(numbers)} for {len(begun)}); give as many")
-    laws = [law] * max(1, len(begun)) if isinstance(law, Law) else list(law)
-    if not isinstance(law, Law) and len(laws) != len(begun):
+    numbers = engines.checked_flights(flights, len(begun))
+    laws = list(law) if isinstance(law, Iterable) else [law] * max(1, len(begun))
+    if isinstance(law, Iterable) and (len(laws) != len(begun) or not laws):
         raise InputError(f"laws must be one, or one a start (got {len(laws)} for {len(begun)}); give as many")
+    if not isinstance(record, Iterable):
+        raise InputError(f"record must be a list of places (got {shortened(record)}); write [0, 3]")
     kept = [whole(place, "each place to record") for place in record]
     if any(place >= len(begun) for place in kept):
         raise InputError(

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gammastar.checks import array as numbers
 from gammastar.checks import instance, shape_of, shortened
 from gammastar.errors import InputError, ShapeError, UnknownNameError
 from gammastar.law import Law, Observer
@@ -85,6 +86,7 @@ def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[
         InputError: A quantity is unknown, has not one value a flight, or is not finite; a scale is not positive.
     """
     result = dict[str, np.ndarray]()
+    instance({} if given is None else given, Mapping, "varied", 'write {"mass_scale": [...]}')
     for name, values in (given or {}).items():
         if name not in QUANTITIES:
             raise UnknownNameError("what varies", name, QUANTITIES)
@@ -94,11 +96,12 @@ def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[
         ):
             wanted = f"({count},)" if size == 1 else f"({count}, 3)"
             raise ShapeError(f"{name} must have shape {wanted} (got {shape}); give one value a flight")
-        array = np.asarray(values, dtype=float)
+        array = numbers(values, name, shape or ())
         columns = np.tile(array, (size, 1)) if array.ndim == 1 else array.T
-        if not np.all(np.isfinite(columns)) or (name != "wind" and not np.all(columns > 0)):
-            said = "finite" if name == "wind" else "finite and positive"
-            raise InputError(f"{name} must be {said} in every flight (got {shortened(array.tolist())}); correct it")
+        if name != "wind" and not np.all(columns > 0):
+            raise InputError(
+                f"{name} must be finite and positive in every flight (got {shortened(array.tolist())}); correct it"
+            )
         result[name] = np.ascontiguousarray(columns)
     return result
 
