@@ -26,7 +26,7 @@ FLOORS = {
     4: {"flight", "certificate", "claims", "export", "adapters", "baselines"},
     3: {"law"},
     2: {"vehicle", "path", "engine", "frames"},
-    1: {"errors", "checks", "so3", "taylor", "lookup"},
+    1: {"errors", "checks", "so3", "taylor", "lookup", "version"},
 }
 FLOOR_OF = {room: floor for floor, rooms in FLOORS.items() for room in rooms}
 LEAVES = {"claims", "adapters", "baselines"}

@@ -3,6 +3,7 @@
 import __future__
 
 import ast
+import importlib
 import json
 import re
 import subprocess
@@ -11,7 +12,10 @@ import tomllib
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 import gammastar
+from gammastar.errors import InputError
 
 REPOSITORY = Path(__file__).parents[1]
 HEAVY = {"scipy", "matplotlib", "sympy", "pyarrow", "plotly", "pandas"}
@@ -59,7 +63,15 @@ def test_names_are_the_same_for_type_checkers() -> None:
     exec(compile(ast.Module(block.body, []), "imports", "exec"), read)
     del read["__builtins__"]
     assert sorted(read) == gammastar.__all__
+    assert read.pop("campaign") is gammastar.campaign.run.campaign  # the room runs campaigns when it is called
     assert {name: getattr(gammastar, name) for name in read} == read
+
+
+def test_the_room_of_campaigns_runs_one_whatever_was_imported_before() -> None:
+    """It bears the name of its function, and importing from a room binds the room to its name."""
+    importlib.import_module("gammastar.campaign.store")
+    with pytest.raises(InputError, match=r"mission must be a Mission \(got int\)"):
+        gammastar.campaign(1, 2, "nowhere")
 
 
 def test_import_loads_nothing_but_the_package() -> None:

@@ -5,8 +5,11 @@ import importlib.util as _util
 import typing as _typing
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+from gammastar.version import VERSION as _VERSION
+
 if _TYPE_CHECKING:
     from gammastar import errors, so3
+    from gammastar.campaign.run import Campaign, campaign
     from gammastar.certificate import Limits, certify, feasible_profile
     from gammastar.flight import (
         INTEGRATORS,
@@ -67,6 +70,7 @@ __all__ = [
     "Approach",
     "Azimuth",
     "Buoyancy",
+    "Campaign",
     "Channel",
     "Curve",
     "CustomForce",
@@ -102,6 +106,7 @@ __all__ = [
     "Vehicle",
     "Wind",
     "by_length",
+    "campaign",
     "certify",
     "curve_from_formula",
     "design",
@@ -118,10 +123,11 @@ __all__ = [
     "vehicles",
     "waypoints",
 ]
-__version__ = "0.1.0"
+__version__ = _VERSION
 
 
 _ROOMS = {  # room -> the public names that it has
+    "campaign.run": ("Campaign",),
     "certificate": ("Limits", "certify", "feasible_profile"),
     "flight": (
         *("Channel", "FlightRecord", "Flights", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise"),
@@ -145,7 +151,11 @@ _ROOMS = {  # room -> the public names that it has
 }
 _HOMES = {name: (room, name) for room, names in _ROOMS.items() for name in names}
 _HOMES["load_mission"] = ("mission", "load")
-_ALIASES = {"paths": "path.catalogue", "vehicles": "vehicle.presets"}  # public name -> module that it stands for
+_ALIASES = {
+    "campaign": "campaign",
+    "paths": "path.catalogue",
+    "vehicles": "vehicle.presets",
+}  # public name -> module that it stands for; a campaign is run by calling its room
 
 
 def __dir__() -> list[str]:

@@ -170,7 +170,7 @@ class Setting:
 def _built(setting: Setting, kind: tuple[int, ...]) -> Mission | GammastarError:
     """Return a changed mission of a setting, or why there is none."""
     try:
-        return setting._changed(kind)
+        return setting._changed(kind) if kind else setting.base
     except GammastarError as error:
         return error
 

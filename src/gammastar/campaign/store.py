@@ -22,7 +22,7 @@ from typing import Any
 from gammastar.errors import CampaignError, MissingExtraError
 
 FORMAT = 1  # of the folder
-MANIFEST, PARTS = "manifest.json", "parts"
+MANIFEST, PARTS, DRAFT = "manifest.json", "parts", ".draft-"
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,8 @@ class Store:
         store = cls(folder, manifest)
         with _told(folder):
             (folder / PARTS).mkdir(parents=True, exist_ok=True)
+            for half in [*folder.glob(f"{DRAFT}*"), *(folder / PARTS).glob(f"{DRAFT}*")]:
+                half.unlink(missing_ok=True)  # of a run that was killed
             text = json.dumps(dataclasses.asdict(manifest), indent=2, sort_keys=True) + "\n"
             with _replacing(folder / MANIFEST) as draft:
                 draft.write_text(text, encoding="utf-8")
@@ -184,7 +186,7 @@ def _difference(held: Manifest, wanted: Manifest) -> str | None:
 @contextlib.contextmanager
 def _replacing(file: Path) -> Iterator[Path]:
     """Yield a draft that takes the place of a file when the block has ended well, and goes away otherwise."""
-    handle, name = tempfile.mkstemp(dir=file.parent, prefix=".draft-")
+    handle, name = tempfile.mkstemp(dir=file.parent, prefix=DRAFT)
     os.close(handle)
     draft = Path(name)
     try:

@@ -126,6 +126,11 @@ class Mission:
         """Return the start, in `ned`."""
         return self._start
 
+    @property
+    def interval(self) -> float:
+        """Return the control interval [s], or the integration step of a law that acts continuously."""
+        return Conditions(noise=self._noise, pilot=self._pilot, **self._conditions).timing(self._law)[0]
+
     def certify(self) -> Certificate:
         """Return whether and how fast the mission's path can be followed, at the largest speed that its reference asks for.
 
