@@ -136,13 +136,23 @@ def test_bad_input_is_refused_in_one_sentence(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_line_without_a_folder_names_the_help_of_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "quadrotor"]) == 2
+    assert capsys.readouterr().err == "error: Missing option '--out'; see gammastar export --help\n"
+
+
 def test_a_mission_of_several_paths_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["export", "replanned", "--out", str(tmp_path / "out")]) == 2
     assert "an autopilot must have one path" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("file", "name"), [("2 Wild.Circles.toml", "mission_2_wild_circles"), ("selftest.toml", "mission_selftest")]
+    ("file", "name"),
+    [
+        ("2 Wild.Circles.toml", "mission_2_wild_circles"),
+        ("selftest.toml", "mission_selftest"),
+        ("crazyflie.toml", "mission_crazyflie"),  # whose own C is called so
+    ],
 )
 def test_a_file_gives_its_name_to_what_is_exported(
     file: str, name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path

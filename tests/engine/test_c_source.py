@@ -51,6 +51,17 @@ void law(const real *restrict x0, const real *restrict x1, real *restrict y0, re
 """)
 
 
+def test_before_one_lane_stands_what_it_takes_and_no_more() -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    alone = c_source(engine.tape_of(ca.Function("f", [x, y], [x * y])))
+    head = "typedef double real;\n/* One lane: a value is a number, and functions are those of the C library. */\n#include <math.h>\n\n"
+    assert alone.partition("void step")[0] == head
+    chosen = c_source(engine.tape_of(ca.Function("f", [x, y], [x < y])))
+    assert chosen.partition("void step")[0] == (
+        f"{head}typedef int truth;\n\nstatic inline real number(truth t) {{ return (real)t; }}\n\n"
+    )
+
+
 def test_every_operation_is_written() -> None:
     written = {*c_values.PATTERNS, *c_values.CONNECTIVES, *module.OWN, *module.LIBRARY, "constpow"}
     assert written == set(OPERATIONS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import re
 import shutil
 import subprocess
 import tempfile
@@ -16,7 +17,8 @@ import pytest
 from export.programs import exported, needs_compiler
 from gammastar import so3
 from gammastar.errors import InputError
-from gammastar.export.program import Program
+from gammastar.export.c99 import template
+from gammastar.export.program import Program, c_name
 from gammastar.export.targets import files_of
 from gammastar.export.vectors import believed
 
@@ -179,6 +181,13 @@ def test_without_leave_to_fly_nothing_is_asked_and_the_flight_is_forgotten() -> 
     assert not vehicle.asked(motion, 8).any()
     vehicle.fly.value = 1
     np.testing.assert_array_equal([vehicle.asked(motion, step) for step in (10, 12, 14)], first)
+
+
+def test_no_name_hides_a_header_of_the_firmware() -> None:
+    """The C of an export lies beside what includes the firmware's headers, and a file beside it would be taken first."""
+    included = re.findall(r'#include "(\w+)\.h"', template("crazyflie.c"))
+    assert len(included) == 7
+    assert all(c_name(header) == f"mission_{header.lower()}" for header in [*included, "crazyflie"])
 
 
 def test_what_no_crazyflie_takes_is_refused() -> None:

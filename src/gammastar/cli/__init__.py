@@ -70,7 +70,9 @@ def _explained(error: BaseException) -> int:
         case MemoryError():
             return _stopped("a flight must fit into memory (got a longer one); shorten it or take longer steps")
     if hasattr(error, "format_message"):  # what typer raises for a command line that it cannot read
-        return _stopped(f"{error.format_message().rstrip('.')}; see gammastar --help")
+        context = getattr(error, "ctx", None)
+        verb = context.command_path if context else "gammastar"
+        return _stopped(f"{error.format_message().rstrip('.')}; see {verb} --help")
     raise error
 
 

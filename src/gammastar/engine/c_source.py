@@ -26,7 +26,7 @@ LIBRARY = (
     *("fabs", "copysign", "sqrt", "floor", "ceil", "fmod", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
     *("exp", "expm1", "log", "log1p", "pow", "hypot", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
 )
-OWN_LINE = re.compile(r"static inline \w+ (\w+)\(")
+OWN_LINE = re.compile(r"(?:static inline \w+|#define|typedef int) (\w+)")
 CIRCULAR = {"sin", "cos"}  # in float written by us
 OF_TWO = ("copysign", "fmod", "atan2", "pow", "hypot")
 
@@ -94,14 +94,25 @@ def _head(operations: Iterable[str], real: str, lanes: int, body: str) -> str:
         circular = real == "float" and not CIRCULAR.isdisjoint(names)
         library = [name for name in names if name in LIBRARY and not (circular and name in CIRCULAR)]
         taken = [f"#define real_{name} {name}{suffix}" for name in library]
-        used = set(re.findall(r"\w+(?=\()", body))
-        lines = (part("scalar.h") + part("circular.h") * circular).splitlines()
-        own = [line for line in lines if not (found := OWN_LINE.match(line)) or found[1] in used]
-        return "\n".join([f"typedef {real} real;", *own, *taken, "", ""])
+        own = _taken(part("scalar.h"), body) + part("circular.h") * circular
+        return "\n".join([f"typedef {real} real;", own + "\n".join([*taken, "", ""])])
     head = [f"#define LANES {lanes}", "typedef double real __attribute__((vector_size(8 * LANES)));", part("lanes.h")]
     missing = [name for name in names if name in LIBRARY and name not in IN_LANES]
     taken = [f"BY_LANE{'_OF_TWO' if name in OF_TWO else ''}({name})" for name in missing]
     return "\n".join([*head, *taken, ""])
+
+
+def _taken(text: str, body: str) -> str:
+    """Return a header without the lines whose names neither a body nor the lines kept behind them have, and without their comments."""
+    kept = list[str]()
+    for line in reversed(text.splitlines()):
+        found = OWN_LINE.match(line)
+        is_taken = not found or re.search(rf"\b{found[1]}\b", "\n".join([body, *kept]))
+        is_of_nothing = line.startswith("/*") and kept[-1:] in ([], [""])
+        is_second_gap = not line and kept[-1:] in ([], [""])
+        if is_taken and not is_of_nothing and not is_second_gap:
+            kept.append(line)
+    return "\n".join([*reversed(kept), ""])
 
 
 def _lines(tape: Tape, real: str, lanes: int) -> list[str]:

@@ -7,6 +7,7 @@ import math
 import re
 
 from gammastar.engine.c_source import c_file
+from gammastar.export.airframe import airframe
 from gammastar.export.graphs import TOLD
 from gammastar.export.program import NEWTON_STEPS, Program
 from gammastar.export.tables import declared, literal, readers
@@ -124,6 +125,7 @@ def placeholders(program: Program) -> dict[str, str]:
         "seconds": f"{pilot.interval:.9g}",
         "rate": f"{1 / pilot.interval:.9g}",
         "axes": AXES[program.frame],
+        "airframe": airframe(program),
         "memory": str(pilot.size),
         "memory_names": ", ".join(f"{key} {size}" if size > 1 else key for key, size in pilot.sizes.items() if size),
         "commands": str(len(commands)),
@@ -203,7 +205,7 @@ def _range(program: Program) -> str:
     if program.wraps is None:
         return "counted from the start of the path"
     low, high = program.path.domain
-    return f"between {low:.9g} and {high:.9g}"
+    return f"from {low:.9g} up to {high:.9g}, but for what one call moves it"
 
 
 def _duration(seconds: float) -> str:

@@ -91,5 +91,7 @@ def _wrench(program: Program) -> str:
     speeds = ca.SX.sym("speeds", rotors.count)
     wrench = program.graphs.turned_wrench(rotors.wrench(rotors.thrusts(speeds)))
     function: Any = ca.Function("wrench", [speeds], [ca.densify(wrench)])
-    told = "\n/* The force [N] and the torque [N m] of rotor speeds [rad/s]. */\n"
-    return f"{told}{c_file({'wrench': tape_of(function)}, 'float', storage='static ')}"
+    code = c_file({"wrench": tape_of(function)}, "float", storage="static ")
+    return "\n" + code.replace(
+        "static void", "/* The force [N] and the torque [N m] of rotor speeds [rad/s]. */\nstatic void", 1
+    )
