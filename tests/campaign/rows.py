@@ -56,6 +56,6 @@ def known() -> dict[str, np.ndarray]:
         "start_tilt_direction_deg": draw.uniform(-180, 180, COUNT),
         "start_heading_deg": draw.uniform(-180, 180, COUNT),
         "start_position_x_m": draw.uniform(-1, 1, COUNT),
-        "start_position_y_m": np.full(COUNT, 5.0),
+        "start_position_y_m": draw.uniform(4.9, 5.1, COUNT),
         "start_position_z_m": np.where(tilt < 90, 0.5, -0.5) + draw.uniform(-0.4, 0.4, COUNT),
     }

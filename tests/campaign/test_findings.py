@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,6 +75,7 @@ def test_everything_that_varies_is_told_and_nothing_else(found: dict[str, dict[s
         "start_tilt_direction_deg",
         "start_heading_deg",
         "start_position_x_m",
+        "start_position_y_m",
         "start_position_z_m",
     ]
 
@@ -204,13 +206,21 @@ def test_an_interval_reaches_into_the_picture(study: Study) -> None:
     np.testing.assert_array_equal(curve.settling, [each.settling for each in bins])
 
 
-def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str, object]) -> None:
+def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str, Any]) -> None:
     words = as_text(found, whole=False)
     assert words.startswith(f"{hummingbird().title}\n{COUNT:,} flights of the seed 0\n")
     rows = {line.split("  ")[0].strip(): line for line in words.splitlines() if line.strip()}
     assert rows["free fall"].split()[2] == f"{COUNT - int(known()['settled'].sum())}"
     assert "free fall: thrust fell to zero" in rows
-    assert "100.00 %" in rows["start tilt [°]"]
+    assert rows["thrust to weight"].count("100.00 %") == 2  # share and upper end, of the best bin
+    assert rows["thrust to weight"].index("100.00 %") > rows["thrust to weight"].index(" to ") + 20
+    least = min(found["by"][THRUST_TO_WEIGHT]["bins"], key=lambda each: each["interval"][1])
+    assert rows["thrust to weight"].split()[3:7] == [
+        f"{least['low']:g}",
+        "to",
+        f"{least['high']:g}",
+        f"{100 * least['share']:.2f}",
+    ]
     assert "middle" not in as_text(found, whole=False).split("what success depends on")[0]
     assert "by controller.feedback" in as_text(found, whole=True)
 
