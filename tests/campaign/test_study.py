@@ -13,6 +13,7 @@ from gammastar.campaign.rate import percent, wilson
 from gammastar.campaign.store import Manifest, Store
 from gammastar.campaign.study import Study
 from gammastar.errors import InputError
+from gammastar.mission.load import parse
 
 COUNT = 5_000
 
@@ -216,3 +217,30 @@ def test_rows_of_something_else_are_refused(tmp_path: Path) -> None:
 )
 def test_most_is_not_all(share: float, words: str) -> None:
     assert percent(share) == words
+
+
+@pytest.mark.parametrize("toml", ["", "title = 3", "future = [", "[vehicle]"])
+def test_a_mission_that_cannot_be_read_leaves_the_rows(toml: str, tmp_path: Path) -> None:
+    rows = {
+        "flight": np.arange(4),
+        "status": np.full(4, "completed"),
+        "settled": np.full(4, True),
+        "truth.mass_scale": np.ones(4),
+    }
+    study = Study(stored(tmp_path, rows, toml=toml))
+    assert study.mission == ("", "ned", None)
+    assert study.rate()[:2] == (4, 4)
+
+
+def test_defaults_of_a_mission_are_known(tmp_path: Path) -> None:
+    """A manifest may hold the mission as it was written, here without frame and settled_within."""
+    source = """
+title = "x"
+vehicle = {mass = 1.0, inertia = [0.1, 0.1, 0.1]}
+path = {name = "circle"}
+start = {position = [3.0, 0.0, 0.0]}
+reference = {kind = "speed", speed = 1.0}
+flight = {duration = 1.0}
+"""
+    rows = {"flight": np.arange(4), "status": np.full(4, "completed"), "settled": np.full(4, True)}
+    assert Study(stored(tmp_path, rows, toml=source)).mission == ("x", "ned", parse(source).file.flight.settled_within)

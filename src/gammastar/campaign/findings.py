@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from gammastar.campaign.answers import Bin, Cause
 from gammastar.campaign.columns import THRUST_TO_WEIGHT, parted, those_of, varied
 from gammastar.campaign.rate import CONFIDENCE
-from gammastar.campaign.study import SUCCESS, Bin, Cause, Study
+from gammastar.campaign.study import SUCCESS, Study
 
 BINS = 10
 DISTRIBUTIONS = (
@@ -41,12 +42,12 @@ def findings(study: Study, quantities: Sequence[str] = (), bins: int = BINS) -> 
     rate = study.rate()
     told = [name for name in DISTRIBUTIONS if name in study.columns]
     return {
-        "mission": mission.get("title", ""),
-        "frame": mission.get("frame", "ned"),
+        "mission": mission.title,
+        "frame": mission.frame,
         "seed": manifest.seed,
         "machine": manifest.machine,
         "version": manifest.version,
-        "settled_within_m": mission.get("flight", {}).get("settled_within"),
+        "settled_within_m": mission.settled_within,
         "flights": rate.flights,
         "flights_missing": manifest.flights - rate.flights,
         "confidence": CONFIDENCE,

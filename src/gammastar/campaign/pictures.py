@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gammastar.campaign.answers import Bin
 from gammastar.campaign.columns import THRUST_TO_WEIGHT, label
 from gammastar.campaign.rate import percent
-from gammastar.campaign.study import Bin, Study
+from gammastar.campaign.study import Study
 from gammastar.figures.campaign import Basin, Tolerance, draw_basin, draw_tolerance
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def pictures(study: Study, columns: Sequence[str], bins: int) -> dict[str, Figur
         columns: Over which success is drawn.
         bins: Of them, at most.
     """
-    title, frame = _title(study), str(study.mission.get("frame", "ned"))
+    title, frame = _title(study), study.mission.frame
     basins = {"basin-attitude": attitude_basins(study), "basin-position": position_basins(study)}
     drawn = {name: draw_basin(maps, title) for name, maps in basins.items() if maps}
     for column in columns:
@@ -54,7 +55,7 @@ def position_basins(study: Study) -> list[Basin]:
         return []
     basin = _basin(study, *two)
     oblong = max(spread[name] for name in two) > OBLONG * min(spread[name] for name in two)
-    downward = two[1] == POSITION[2] and study.mission.get("frame", "ned") == "ned"
+    downward = two[1] == POSITION[2] and study.mission.frame == "ned"
     return [basin._replace(equal=not oblong, downward=downward)]
 
 
@@ -73,7 +74,7 @@ def tolerance(name: str, bins: Sequence[Bin]) -> Tolerance:
 
 
 def _basin(study: Study, across: str, up: str) -> Basin:
-    frame = str(study.mission.get("frame", "ned"))
+    frame = study.mission.frame
     most = int(np.clip(np.sqrt(study.rate().flights / PER_CELL), *CELLS))
     found = study.over(across, up, (most, most))
     return Basin(label(across, frame), label(up, frame), *found)
@@ -88,4 +89,4 @@ def _title(study: Study) -> str:
     rate = study.rate()
     words = f"{percent(rate.share)} of {rate.flights:,} flights settle, 95 % interval {percent(rate.low)} to {percent(rate.high)}"
     words = words.replace(" %", "\N{NO-BREAK SPACE}%").replace("% interval", "%\N{NO-BREAK SPACE}interval")
-    return f"{study.mission['title']}: {words}" if study.mission.get("title") else words
+    return f"{study.mission.title}: {words}" if study.mission.title else words

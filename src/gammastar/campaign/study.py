@@ -9,17 +9,19 @@ import functools
 import itertools
 import tomllib
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from gammastar.campaign import ratio
+from gammastar.campaign.answers import About, Bin, Cause, Map
 from gammastar.campaign.columns import THRUST_TO_WEIGHT
 from gammastar.campaign.edges import edges
 from gammastar.campaign.rate import Rate, wilson
 from gammastar.campaign.store import Store
 from gammastar.checks import whole
-from gammastar.errors import CampaignError, InputError, MissingExtraError, UnknownNameError
+from gammastar.errors import CampaignError, GammastarError, InputError, MissingExtraError, UnknownNameError
+from gammastar.mission.mission import read
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 SUCCESS = "settled"  # column of truths: completed, and on the path within its bound at the end
@@ -27,34 +29,6 @@ NEEDED = ("flight", "status", SUCCESS)  # columns of every row
 SETTLING = "settling_time_s"
 NUMBERS = ("DOUBLE", "FLOAT", "BIGINT", "INTEGER")
 MOST_BINS = 1000
-
-
-class Bin(NamedTuple):
-    """Flights with a quantity from one number up to another, or at one value of it."""
-
-    low: Any
-    high: Any  # the same as low at one value
-    rate: Rate
-    settling: tuple[float, float] = (np.nan, np.nan)  # [s] median and 95 % quantile, of those that succeed
-
-
-class Cause(NamedTuple):
-    """What flights fail by."""
-
-    status: str  # 'not settled' of a flight that flew to its end
-    rate: Rate  # of it, among all flights
-    first: int  # number of the first flight with it
-    end: float  # [s] median of when they end
-    words: str  # what the row of the first of them says; empty where it says nothing
-
-
-class Map(NamedTuple):
-    """Flights over two columns."""
-
-    first: np.ndarray  # (m + 1,) edges of the first column
-    second: np.ndarray  # (n + 1,) of the second one
-    flights: np.ndarray  # (m, n)
-    successes: np.ndarray  # (m, n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +71,13 @@ class Study:
         return [name for name, kind in self.columns.items() if kind in NUMBERS and name != "flight"]
 
     @functools.cached_property
-    def mission(self) -> dict[str, Any]:
-        """Return the values of the mission with every default written out."""
-        return tomllib.loads(self.store.manifest.mission)
+    def mission(self) -> About:
+        """Return what the mission says of itself; nothing where it is one that this version does not read."""
+        try:
+            file = read(tomllib.loads(self.store.manifest.mission))
+        except (GammastarError, tomllib.TOMLDecodeError):
+            return About()
+        return About(file.title, file.frame, file.flight.settled_within)
 
     def rate(self) -> Rate:
         """Return the rate of all flights."""
