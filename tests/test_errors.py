@@ -9,6 +9,7 @@ from gammastar import errors
 CARRYING = [
     errors.RotationError("not a rotation", 0.5),
     errors.UnknownNameError("feedback", "midle", ["start", "middle"]),
+    errors.UnknownColumnError("column", "distance_m", ["final_distance_m"]),
     errors.MissionError("no such key", "path.radius"),
     errors.SingularStartError("no thrust", {"thrust_N": 0.0}),
     errors.PredictionError("beyond a focal point", 1.5),

@@ -52,6 +52,12 @@ class UnknownNameError(InputError, LookupError):
         super().__init__(f"{what} must be one of {', '.join(self.known)} (got {self.name!r}){remedy}")
 
 
+class UnknownColumnError(UnknownNameError, KeyError):
+    """A table has no column of a name, as a mapping has no key; `known` lists those it has."""
+
+    __str__ = Exception.__str__  # KeyError would show its sentence in quotes
+
+
 class MissionError(InputError):
     """A mission file or one of its keys cannot be used; `where` names the key, or is empty."""
 

@@ -11,7 +11,7 @@ import pytest
 import gammastar as gs
 from engine import steps
 from gammastar import so3
-from gammastar.errors import InputError, SingularStartError
+from gammastar.errors import InputError, SingularStartError, UnknownColumnError
 from gammastar.flight.reductions import CODES, reduced
 from gammastar.flight.watch import Status
 from gammastar.vehicle import presets
@@ -212,6 +212,24 @@ def test_the_summary_counts_and_orders() -> None:
     assert summary["max_thrust_N"]["min"] == found.min()
     assert summary["max_thrust_N"]["median"] == pytest.approx(found.mean())
     assert summary["max_thrust_N"]["max"] == found.max()
+
+
+def test_flights_and_records_are_shown_in_a_line() -> None:
+    flights = flown("implicit")
+    assert repr(flights).startswith("<2 flights: 2 completed; columns flight, status, ")
+    assert repr(flights.record(1)) == "<a flight of 1.5 s in 751 rows: flew to the end>"
+    assert repr(gs.fly_many(flights.task.law, [], speed=1.0, engine="casadi")).startswith("<0 flights: none; ")
+
+
+def test_a_column_that_is_none_names_those_that_are() -> None:
+    """It is a KeyError too, so that flights are a mapping."""
+    flights = flown("implicit")
+    assert flights.get("final_distance", None) is None
+    with pytest.raises(
+        UnknownColumnError, match=r"(?s)^column must be one of .*got 'final_distance'.*final_distance_m"
+    ) as caught:
+        flights["final_distance"]
+    assert isinstance(caught.value, KeyError)
 
 
 @pytest.mark.parametrize(

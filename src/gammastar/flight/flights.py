@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gammastar.checks import whole
-from gammastar.errors import InputError, SingularStartError
+from gammastar.errors import InputError, SingularStartError, UnknownColumnError
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.fly import Family, recorded
 from gammastar.flight.loop import ClosedLoop
@@ -26,7 +26,7 @@ from gammastar.vehicle import Scales, State, scaled
 QUANTILES = {"min": 0.0, "5%": 0.05, "median": 0.5, "95%": 0.95, "max": 1.0}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Flights(Mapping[str, np.ndarray]):
     """Columns (n,) by name, in the order of the starts; NaN where there is nothing to tell.  Made by `fly_many`."""
 
@@ -59,8 +59,20 @@ class Flights(Mapping[str, np.ndarray]):
             scales = self._of("mass_scale")[0]
         return columns | columns_of(self.final, loop.truth.mass * scales, loop.interval, loop.is_ideal)
 
+    def __repr__(self) -> str:
+        """Return how many flights ended how; their numbers and loops fill pages."""
+        names, counts = np.unique(self["status"], return_counts=True)
+        told = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
+        return f"<{len(self.starts)} flights: {told or 'none'}; columns {', '.join(self)}>"
+
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return a column (n,)."""
+        """Return a column (n,).
+
+        Raises:
+            UnknownColumnError: There is none of this name.
+        """
+        if name not in self.columns:
+            raise UnknownColumnError("column", name, self.columns)
         return self.columns[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -33,7 +33,7 @@ class Status(enum.Enum):
     NOT_FINITE = "numbers left the finite range: the loop is unstable with this step, control rate or vehicle"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FlightRecord:
     """One flight, row by row; n rows, world frame with third axis down, body quantities in body axes.
 
@@ -100,6 +100,10 @@ class FlightRecord:
     def internal_state(self) -> np.ndarray:
         """Return mu (n, 7), Eq. (20): the first two columns of R and the thrust."""
         return np.column_stack([self.state[:, 6:12], self.state[:, 18]])
+
+    def __repr__(self) -> str:
+        """Return how long the flight was and how it ended; its arrays fill pages."""
+        return f"<a flight of {self.time[-1]:g} s in {len(self.time)} rows: {self.status.value}>"
 
     @property
     def completed(self) -> bool:
