@@ -36,6 +36,8 @@ SIDEWAYS = {  # the only imports between two rooms of one floor
     ("so3", "errors"),
     ("taylor", "errors"),
     ("taylor", "so3"),
+    ("lookup", "checks"),
+    ("lookup", "errors"),
     ("claims", "flight"),
     ("adapters", "flight"),
     ("baselines", "flight"),

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from gammastar.errors import InputError
 from gammastar.lookup import Lookup, Table, graph_at, numbers_at, the_key
 
 BEGINS = np.array([0.5, 1.0, 2.5])
@@ -21,6 +22,26 @@ def test_a_period_adds_its_shifts() -> None:
     table = Table(BEGINS, ROWS, period=3.0, shifts=np.array([3.0, 0.0]))
     found = table.at(np.array([0.4, 3.4, 3.5, -2.1]))
     np.testing.assert_allclose(found, [[-0.5, 2.5, 3.5, -2.5], [30, 30, 10, 10]])
+
+
+@pytest.mark.parametrize(
+    ("begins", "rows", "more", "said"),
+    [
+        (BEGINS[:2], ROWS, {}, "a begin for each row"),
+        (BEGINS[:0], ROWS[:0], {}, "a begin for each row"),
+        (BEGINS, ROWS[:, 0], {}, "a begin for each row"),
+        (BEGINS, ROWS, {"shifts": np.zeros(3)}, "a shift for each column"),
+        (BEGINS[::-1], ROWS, {}, "must grow"),
+        (np.array([0.5, np.nan, 2.5]), ROWS, {}, "must grow"),
+        (np.array([np.nan]), ROWS[:1], {}, "must grow"),
+        (BEGINS, ROWS, {"period": 0.0}, "must be positive"),
+        (BEGINS, ROWS, {"period": np.nan}, "must be positive"),
+    ],
+)
+def test_what_is_no_table_is_refused(begins: np.ndarray, rows: np.ndarray, more: dict, said: str) -> None:
+    """Compiled C reads where it is told to: nothing lies beyond the last row."""
+    with pytest.raises(InputError, match=said):
+        Table(begins, rows, **more)
 
 
 @pytest.mark.parametrize("period", [None, 3.0])

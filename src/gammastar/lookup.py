@@ -12,12 +12,19 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from gammastar.checks import shortened
+from gammastar.errors import InputError, ShapeError
+
 
 @dataclass(frozen=True, eq=False)
 class Table:
     """Rows of numbers, each of which holds from its begin on; the first one also before, the last one for good.
 
     With a period the variable is first taken back by whole periods n, and `shifts` n is added to the row.
+
+    Raises:
+        ShapeError: There is not one begin for each row, or not one shift for each of its numbers.
+        InputError: Begins do not grow, or the period is not positive.
     """
 
     begins: np.ndarray  # (m,) growing, in units of the variable
@@ -26,8 +33,24 @@ class Table:
     shifts: Any = None  # (width,), what a period adds; nothing when left out
 
     def __post_init__(self) -> None:
-        shifts = np.zeros(self.width) if self.shifts is None else np.asarray(self.shifts, dtype=float)
-        object.__setattr__(self, "shifts", shifts)
+        begins, rows = np.asarray(self.begins, dtype=float), np.asarray(self.rows, dtype=float)
+        width = rows.shape[-1] if rows.ndim else 0
+        shifts = np.zeros(width) if self.shifts is None else np.asarray(self.shifts, dtype=float)
+        if rows.ndim != 2 or not len(rows) or begins.shape != rows.shape[:1] or shifts.shape != (width,):
+            raise ShapeError(
+                f"a table must have a begin for each row and a shift for each column (got begins {begins.shape}, rows {rows.shape} and "
+                f"shifts {shifts.shape}); give (m,), (m, width) and (width,)"
+            )
+        if not np.all(begins[:-1] <= begins[1:]) or np.isnan(begins[0]):
+            raise InputError(
+                f"begins of a table must grow (got {shortened(begins.tolist())}); sort them with their rows"
+            )
+        if self.period is not None and not 0 < self.period < np.inf:
+            raise InputError(
+                f"period of a table must be positive (got {self.period}); leave it out where nothing repeats"
+            )
+        for name, values in (("begins", begins), ("rows", rows), ("shifts", shifts)):
+            object.__setattr__(self, name, values)
 
     @property
     def width(self) -> int:

@@ -13,7 +13,7 @@ from engine import steps
 from gammastar import engine
 from gammastar.engine import machines, virtual
 from gammastar.errors import CompilerError, InputError, MachineWarning, ShapeError, UnknownNameError
-from gammastar.lookup import Lookup
+from gammastar.lookup import Lookup, Table
 
 NAMES = ["casadi", "python", pytest.param("native", marks=steps.needs_compiler)]
 SHORT = 400
@@ -168,6 +168,13 @@ def test_what_does_not_fit_is_refused_in_one_sentence(how: dict, message: str) -
 def test_tables_are_one_or_as_many_as_flights() -> None:
     step = dataclasses.replace(steps.noisy(), lookups=(Lookup([steps.ROUND] * 3, None), steps.noisy().lookups[1]))
     with pytest.raises(ShapeError, match=r"one for all flights or 2 \(got 3\)"):
+        engine.run(step, np.zeros((3, 2)), 1, parameters=[0.0])
+
+
+def test_tables_of_flights_are_of_one_width() -> None:
+    narrow = Table(steps.ROUND.begins, steps.ROUND.rows[:, :1])
+    step = dataclasses.replace(steps.noisy(), lookups=(Lookup([steps.ROUND, narrow], None), steps.noisy().lookups[1]))
+    with pytest.raises(ShapeError, match="rows of one width"):
         engine.run(step, np.zeros((3, 2)), 1, parameters=[0.0])
 
 

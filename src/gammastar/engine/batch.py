@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from gammastar.checks import shortened
 from gammastar.engine.random import checked_flights, checked_seed, uniforms
-from gammastar.engine.step import Step
+from gammastar.engine.step import Step, tables_of
 from gammastar.errors import InputError, ShapeError
 from gammastar.lookup import Table
 
@@ -96,6 +96,8 @@ def batch(
             raise ShapeError(
                 f"tables must be one for all flights or {count} (got {len(lookup.table)}); give one a start"
             )
+        if len({table.width for table in tables_of(lookup)}) > 1:
+            raise ShapeError("tables of flights must have rows of one width (got several); fill the narrow ones up")
     return Batch(
         step,
         states,

@@ -102,7 +102,7 @@ static void look_up(struct worker *at, int j, const real *state) {
         long long low = 0, high = table->count; /* begins[low] <= local < begins[high], but for the ends */
         while (high - low > 1) {
             const long long middle = low + (high - low) / 2;
-            if (table->begins[middle] <= LANE(local, k)) low = middle; else high = middle;
+            if (table->begins[middle] > LANE(local, k)) high = middle; else low = middle; /* NaN is sorted behind all numbers */
         }
         LANE(held->whole, k) = LANE(whole, k);
         LANE(held->lower, k) = low > 0 ? table->begins[low] : -INFINITY;
