@@ -10,6 +10,7 @@ from gammastar.version import VERSION as _VERSION
 if _TYPE_CHECKING:
     from gammastar import errors, so3
     from gammastar.campaign.run import Campaign, campaign
+    from gammastar.campaign.tune import tune
     from gammastar.certificate import Limits, certify, feasible_profile
     from gammastar.flight import (
         INTEGRATORS,
@@ -120,6 +121,7 @@ __all__ = [
     "placed",
     "read_points",
     "so3",
+    "tune",
     "vehicles",
     "waypoints",
 ]
@@ -128,6 +130,7 @@ __version__ = _VERSION
 
 _ROOMS = {  # room -> the public names that it has
     "campaign.run": ("Campaign",),
+    "campaign.tune": ("tune",),
     "certificate": ("Limits", "certify", "feasible_profile"),
     "flight": (
         *("Channel", "FlightRecord", "Flights", "Gusts", "INTEGRATORS", "Replacement", "SensorNoise"),

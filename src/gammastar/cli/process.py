@@ -83,6 +83,12 @@ def stopped_by_signals() -> Iterator[Stops]:
             signal.signal(each, handler)
 
 
+def answered() -> None:
+    """Say that an interrupt has been answered by going on otherwise: it is not repeated, and the next one interrupts again."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+
 def is_interrupt(error: BaseException | None) -> bool:
     """Return whether an error is an interrupt, or what a library in another language makes of one."""
     while error is not None and not isinstance(error, KeyboardInterrupt):

@@ -8,7 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from gammastar import __version__, mission
-from gammastar.cli import output
+from gammastar.campaign.cost import DEFAULT_WEIGHTS, FAILURE, Cost
+from gammastar.campaign.tune import EVALUATIONS, FLIGHTS, Tuner
+from gammastar.cli import output, process
 from gammastar.cli.process import note
 from gammastar.errors import MissionError, PathError
 from gammastar.mission.complaint import shown
@@ -186,6 +188,55 @@ def study(
         with output.progress("drawing"):
             files = report.write(folder, found, pictures(asked, list(found["by"]), bins))
     output.study(found, as_text(found, whole=bool(by)), files, as_json)
+
+
+@app.command()
+def tune(
+    name: MissionName,
+    flights: Annotated[int, typer.Option(metavar="N", help="Flights of each tuning; as many others judge.")] = FLIGHTS,
+    evaluations: Annotated[int, typer.Option(metavar="M", help="Tunings that are flown.")] = EVALUATIONS,
+    cost: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TERM=WEIGHT", help="A term of the cost, such as settling_time_s=1; repeatable."),
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TERM[=MOST]", help="The largest mean of a term; TERM alone: that of the mission; repeatable."
+        ),
+    ] = None,
+    failure: Annotated[float, typer.Option(help="What a failed flight counts, in the mission's own means.")] = FAILURE,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="What is tuned, such as transverse or observer.force; repeatable."),
+    ] = None,
+    out: Annotated[str | None, typer.Option(metavar="FILE", help="Write the tuned mission there, as TOML.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of flights and search; that of the mission if not given.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Threads; one for every processor if not given.")] = None,
+    machine: Annotated[str, typer.Option(metavar="auto|native|casadi", help="What flies.")] = "auto",
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> int:
+    """Search the poles, observers and approach speed that cost least over a mission's campaign."""
+    from gammastar.cli import tuning
+    from gammastar.report.place import chosen_file, written
+
+    weights = tuning.weights(cost) or DEFAULT_WEIGHTS
+    limits = tuning.limits(limit)
+    source = None if name in mission.names() else Path(name)
+    file = None if out is None else chosen_file(out, ".toml", source)
+    chosen = _mission(name, changes)
+    judged = Cost(weights, limits, failure)
+    tuner = Tuner(chosen, flights, evaluations, judged, only or (), seed, machine, workers)
+    with output.progress("tuning") as progress:
+        tuner.run(progress)
+        if tuner.is_interrupted:
+            process.answered()
+        found = tuner.tuned(progress)
+    if file is not None:
+        written(file, found.toml())
+    tuning.tuned(found.as_dict(), file, as_json)
+    return process.INTERRUPTED if tuner.is_interrupted else 0
 
 
 @app.command()

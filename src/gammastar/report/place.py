@@ -37,6 +37,20 @@ def chosen_folder(out: str, names: Iterable[str], source: Path | None = None) ->
     return folder
 
 
+def chosen_file(out: str, ending: str, source: Path | None = None) -> Path:
+    """Return the file that a user names, by its ending, or raise `InputError` now if it could not be written later."""
+    file = Path(out)
+    if file.suffix != ending:
+        raise InputError(f'out must be a file that ends in {ending} (got "{out}"); name one, such as tuned{ending}')
+    return chosen_folder(str(file.parent), [file.name], source) / file.name
+
+
+def written(file: Path, content: str) -> None:
+    """Write a text as a file, whole or not at all; one of the same name is replaced."""
+    with filled(file.parent) as made:
+        (made / file.name).write_text(content, encoding="utf-8", newline="\n")
+
+
 @contextmanager
 def filled(folder: Path) -> Iterator[Path]:
     """Yield an empty folder to make files in; when the block has ended well they move into `folder` together.

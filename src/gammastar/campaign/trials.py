@@ -1,0 +1,112 @@
+"""Flights in which tunings are tried: the same ones for every candidate, all candidates at once."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gammastar.campaign.setting import Setting
+from gammastar.campaign.space import Candidate
+from gammastar.errors import GammastarError, MissionError
+from gammastar.mission import Mission
+from gammastar.vehicle import State
+
+TUNED = ("controller", "observer", "integral", "approach")  # sections of a mission that must not vary beside the tuning
+
+
+class Batch(NamedTuple):
+    """Flights of one mission."""
+
+    mission: Mission
+    places: np.ndarray  # (m,) of the flights among all
+    numbers: np.ndarray  # (m,) of the flights
+    starts: list[State]
+    varied: Mapping[str, Any]  # as for `fly_many`
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """The flights of some numbers of a mission's campaign, to be flown by laws of many tunings.
+
+    Raises:
+        GammastarError: A flight cannot be built, or the campaign varies what is tuned.
+    """
+
+    mission: Mission
+    numbers: range
+    seed: int
+    engine: str = "auto"
+    workers: int | None = None
+
+    def __post_init__(self) -> None:
+        campaign = self.mission.file.campaign
+        for name in () if campaign is None else campaign.distributions():
+            if name.split(".")[0] in TUNED:
+                raise MissionError(
+                    f"a mission that is tuned must vary what surrounds its law (got {name}); leave it out of [campaign]",
+                    name,
+                )
+
+    def fly(
+        self, candidates: Sequence[Candidate], progress: Callable[[float], None] | None = None
+    ) -> list[dict[str, np.ndarray]]:
+        """Return the columns (n,) of the flights of every candidate; progress is called with the share that is done.
+
+        Chance goes with the number of a flight, so every candidate meets the same.
+        """
+        if len(candidates) == 1:  # one law for all flights would be another graph, to be compiled anew
+            return self.fly([*candidates, *candidates], progress)[:1]
+        tried, count = len(candidates), len(self.numbers)
+        columns, done = dict[str, np.ndarray](), 0
+        for batch in self._batches:
+            size = len(batch.numbers)
+
+            def told(steps: int, total: int, done: int = done, size: int = size) -> None:
+                assert progress is not None
+                progress((done + size * steps / total) / count)
+
+            law = batch.mission.law()
+            flown = batch.mission.fly_many(
+                batch.starts * tried,
+                [tuned for tuned in (candidate.law(law) for candidate in candidates) for _ in range(size)],
+                varied={name: np.concatenate([values] * tried) for name, values in batch.varied.items()},
+                flights=np.tile(batch.numbers, tried).tolist(),
+                seed=self.seed,
+                engine=self.engine,
+                workers=self.workers,
+                progress=None if progress is None else told,
+            )
+            for name, column in flown.columns.items():
+                whole = columns.setdefault(name, np.empty((tried, count), dtype=column.dtype))
+                if column.dtype.itemsize > whole.dtype.itemsize:  # of texts, whose longest is not known before
+                    whole = columns[name] = whole.astype(column.dtype)
+                whole[:, batch.places] = column.reshape(tried, size)
+            done += size
+        return [{name: column[k] for name, column in columns.items()} for k in range(tried)]
+
+    @functools.cached_property
+    def _batches(self) -> list[Batch]:
+        numbers = np.array(self.numbers)
+        if self.mission.file.campaign is None:
+            return [Batch(self.mission, np.arange(len(numbers)), numbers, [self.mission.start()] * len(numbers), {})]
+        setting = Setting(self.mission, self.seed)
+        batches = list[Batch]()
+        for case in setting.cases(numbers, setting.sample(numbers)):
+            if isinstance(case.mission, GammastarError):
+                raise case.mission
+            starts = case.starts().states(np.arange(len(case.numbers)))
+            batches.append(Batch(case.mission, case.places, case.numbers, starts, case.varied()))
+        return batches
+
+
+def flights_of(mission: Mission, count: int) -> tuple[range, range | None]:
+    """Return the numbers of the flights to search with, and of others to judge by: none where all flights of the mission are the same."""
+    file = mission.file
+    has_gusts = file.wind is not None and file.wind.gusts is not None
+    if file.campaign is None and file.noise is None and file.sensors is None and not has_gusts:
+        return range(1), None
+    return range(count), range(count, 2 * count)

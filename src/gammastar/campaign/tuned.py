@@ -1,0 +1,118 @@
+"""What a search for a tuning has found: the tuning, what it is worth on flights that it has not seen, and what else was possible."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gammastar.campaign.cost import Judge, front
+from gammastar.campaign.space import Candidate, Space, numbers_from
+from gammastar.mission import Mission
+
+Means = Mapping[str, float]  # of every term over flights
+
+
+@dataclass(frozen=True, eq=False)
+class Tuned:
+    """The outcome of `tune`."""
+
+    own: Mission  # with the tuning that the search began with
+    space: Space
+    judge: Judge
+    tried: tuple[tuple[Candidate, Means], ...]  # over the flights of the search; the mission's own first
+    best: int  # place of the best of them on these flights
+    unseen: tuple[Means, Means]  # of the mission's own and of the best, over flights not searched with
+    seed: int
+    flights: int  # of each candidate
+    has_unseen: bool  # whether other flights differ from those of the search at all
+    is_interrupted: bool
+
+    @property
+    def is_better(self) -> bool:
+        """Return whether the tuning found is better than the mission's own on flights that the search has not seen."""
+        own, best = self.unseen
+        return self.judge.merit(best) < self.judge.merit(own)
+
+    @property
+    def candidate(self) -> Candidate:
+        """Return the tuning found, or the mission's own where it is not surpassed."""
+        return self.tried[self.best if self.is_better else 0][0]
+
+    @functools.cached_property
+    def mission(self) -> Mission:
+        """Return the mission with the tuning found, or as it was where its own is not surpassed."""
+        return self.own.with_values(self.candidate.values(self.own.law())) if self.is_better else self.own
+
+    @property
+    def improvement(self) -> float:
+        """Return the cost of the mission's own tuning over that of the one that is kept, on flights that the search has not seen."""
+        own, best = (self.judge.cost.of(means) for means in self.unseen)
+        return own / best if self.is_better else 1.0
+
+    @property
+    def message(self) -> str:
+        """Return one sentence that says what came out."""
+        flights = f"{self.flights} other flights" if self.has_unseen else "the mission's only flight"
+        if self.best == 0:
+            words = "no tuning costs less than the mission's own, which is kept"
+        elif self.is_better:
+            words = f"the tuning found costs {self.improvement:.3g} times less than the mission's own on {flights}"
+        else:
+            words = f"the tuning found is not better than the mission's own on {flights}, so that is kept"
+        return words + (f"; interrupted after {len(self.tried) - 1} tunings" if self.is_interrupted else "")
+
+    def toml(self) -> str:
+        """Return the mission with the tuning that is kept as TOML, with a first line that says what it is worth."""
+        return f"# {self.message[0].upper()}{self.message[1:]}.\n{self.mission.toml()}"
+
+    def front(self) -> list[dict[str, Any]]:
+        """Return the tunings that none other surpasses in all terms of the cost, by the first of them, with the values of a mission."""
+        terms = self.judge.cost.terms
+        points = np.array([[means[name] for name in terms] for _, means in self.tried])
+        law = self.own.law()
+        return [
+            {name: means[name] for name in terms} | {"cost": self.judge.cost.of(means)} | candidate.values(law)
+            for candidate, means in (self.tried[place] for place in front(points))
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, units in the keys."""
+        law, cost = self.own.law(), self.judge.cost
+        own, best = self.tried[0], self.tried[self.best]
+        return {
+            "mission": self.own.title,
+            "message": self.message,
+            "is_better": self.is_better,
+            "improvement": self.improvement,
+            "cost": {"weights": dict(cost.weights), "limits": dict(cost.limits), "failure": cost.failure},
+            "evaluations": len(self.tried) - 1,
+            "flights": self.flights,
+            "other_flights": self.flights if self.has_unseen else 0,
+            "interrupted": self.is_interrupted,
+            "seed": self.seed,
+            "tuned": [{"name": name, "unit": unit, "own": a, "found": b} for name, unit, a, b in self.numbers()],
+            "own": {"searched": self._told(own[1]), "other": self._told(self.unseen[0]), **own[0].values(law)},
+            "found": {"searched": self._told(best[1]), "other": self._told(self.unseen[1]), **best[0].values(law)},
+            "front": self.front(),
+        }
+
+    def numbers(self) -> list[tuple[str, str, float, float]]:
+        """Return name, unit, own and found value of everything that was tuned."""
+        found = _numbers(self.tried[self.best][0], self.space.chains)
+        return [(each.name, each.unit, each.own, found[each.name]) for each in self.space.variables]
+
+    def _told(self, means: Means) -> dict[str, float]:
+        return {"cost": self.judge.cost.of(means), **means}
+
+
+def _numbers(candidate: Candidate, chains: tuple[str, ...]) -> dict[str, float]:
+    """Return the numbers of a tuning by the names of the coordinates."""
+    result = {
+        f"{chain}.{name}": value for chain in chains for name, value in numbers_from(candidate.poles[chain]).items()
+    }
+    result |= {f"observer.{name}": value for name, value in candidate.observers.items()}
+    return result if candidate.speed is None else result | {"approach.speed": candidate.speed}
