@@ -23,7 +23,7 @@ APPROACHING = (
 )  # from so far away that the law is bent, so there is no closed form of the whole flight
 
 
-REAL = ("hexarotor", "quadrotor", "tail-sitter", "underwater")  # through rotors, with an autopilot
+REAL = ("crazyflie", "hexarotor", "quadrotor", "tail-sitter", "underwater")  # through rotors, with an autopilot
 
 
 @functools.cache
@@ -34,6 +34,7 @@ def flown(name: str) -> FlightRecord:
 def test_the_names_are_these() -> None:
     assert names() == [
         "anywhere",
+        "crazyflie",
         "helix",
         "hexarotor",
         "knot",
@@ -98,9 +99,9 @@ def test_an_approach_bends_the_law_and_then_leaves_it_alone(name: str) -> None:
     assert summary["settling_time_s"]["measured"] < 10
 
 
-@pytest.mark.parametrize(("name", "most"), list(zip(REAL, (1e-3, 1e-2, 1e-5, 1e-3), strict=True)))
+@pytest.mark.parametrize(("name", "most"), list(zip(REAL, (5e-3, 1e-3, 1e-2, 1e-5, 1e-3), strict=True)))
 def test_real_vehicles_keep_to_their_paths_within_their_rotors(name: str, most: float) -> None:
-    """What is unknown leaves millimetres, gusts up to 1 cm; the tail-sitter's lift is known, and leaves micrometres."""
+    """What is unknown or measured badly leaves millimetres, gusts up to 1 cm; the tail-sitter's lift is known, and leaves micrometres."""
     record = flown(name)
     summary = record.summary()
     assert summary["distance_m"]["max_last_quarter"] < most
