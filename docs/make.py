@@ -1,4 +1,4 @@
-"""Draw the README's picture and animation: the upside-down start of the paper's section VI-B.
+"""Draw the README's picture and animation, the upside-down start of the paper's section VI-B, and the basin of a campaign.
 
 Run it from anywhere: python docs/make.py [FOLDER].  Without a folder it rewrites docs/images.  The same source gives the same bytes.
 """
@@ -6,6 +6,7 @@ Run it from anywhere: python docs/make.py [FOLDER].  Without a folder it rewrite
 from __future__ import annotations
 
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,21 @@ import numpy as np
 
 import gammastar as gs
 from gammastar import mission
+from gammastar.campaign.pictures import attitude_basins, headline
 from gammastar.figures import animate, save, scene, style
+from gammastar.figures.campaign import draw_basin
 from gammastar.figures.quadrotor import close_up
 
 IMAGES = Path(__file__).parent / "images"
+FLIGHTS = 20_000  # of the campaign
+CHANGES: dict[str, Any] = {
+    "title": "a quadrotor has 1.7 s to its circle",
+    "flight.duration": 1.7,
+    "campaign.vary": [
+        {"quantity": "start.attitude", "kind": "any"},
+        {"quantity": "truth.mass_scale", "kind": "uniform", "low": 0.9, "high": 1.1},
+    ],
+}
 SIZE = (7.8, 5.6)  # [in]
 WHOLE = (0.05, 0.05, 4.5, 5.15)  # [in] left, bottom, width, height of the panel in space
 FLIP = ((0.0, 0.24), (0.29, 0.33), (0.38, 0.6))  # [s] rows of close-ups: upside down, over, and upright again
@@ -24,10 +36,18 @@ CLOSE_UP = (4.65, 0.1, 1.5, 1.65)  # [in] left and bottom of the last row, width
 
 
 def main(folder: Path = IMAGES) -> list[Path]:
-    """Write both images into a folder and return the files."""
+    """Write all images into a folder and return the files."""
     record = flight()
     picture = save(readme_picture(record), folder / "upside-down", ("png",))
+    with tempfile.TemporaryDirectory() as place:
+        flown = gs.campaign(hurried(), FLIGHTS, place)
+        picture += save(draw_basin(attitude_basins(flown.study()), headline(flown.study())), folder / "basin", ("png",))
     return [*picture, animate(record, folder / "upside-down.gif", seconds=12, fps=15)]
+
+
+def hurried() -> Any:
+    """Return the mission of docs/howto/campaigns.md: a quadrotor that has 1.7 s to get onto its circle."""
+    return mission.load("quadrotor").with_values(CHANGES)
 
 
 def flight() -> gs.FlightRecord:

@@ -1,4 +1,4 @@
-"""The README's picture and animation: made by one command, small enough to be committed."""
+"""The images of README and docs: made by one command, small enough to be committed."""
 
 import importlib.util
 from pathlib import Path
@@ -25,6 +25,16 @@ def test_the_picture_can_be_drawn_and_is_small(make: ModuleType) -> None:
     assert len(picture(make.readme_picture(make.flight()), "png")) < 300_000
 
 
+def test_the_campaign_of_the_basin_is_the_one_that_is_told(make: ModuleType) -> None:
+    page = (DOCS / "howto" / "campaigns.md").read_text(encoding="utf-8")
+    vary = make.CHANGES["campaign.vary"]
+    for told in (make.CHANGES["title"], make.CHANGES["flight.duration"], *vary):
+        assert repr(told).replace("'", '"') in page
+    assert len(vary) == page.count('{"quantity"')
+    assert f"{make.FLIGHTS:,} flights" in page
+
+
 def test_the_committed_images_are_small() -> None:
     assert (DOCS / "images" / "upside-down.png").stat().st_size < 300_000
+    assert (DOCS / "images" / "basin.png").stat().st_size < 100_000
     assert (DOCS / "images" / "upside-down.gif").stat().st_size < 1_500_000

@@ -31,7 +31,7 @@ def pictures(study: Study, columns: Sequence[str], bins: int) -> dict[str, Figur
         columns: Over which success is drawn.
         bins: Of them, at most.
     """
-    title, frame = _title(study), study.mission.frame
+    title, frame = headline(study), study.mission.frame
     basins = {"basin-attitude": attitude_basins(study), "basin-position": position_basins(study)}
     drawn = {name: draw_basin(maps, title) for name, maps in basins.items() if maps}
     for column in columns:
@@ -85,7 +85,8 @@ def _vary(study: Study, columns: Sequence[str]) -> list[str]:
     return [name for name in columns if name in study.numbers and study.varies(name)]
 
 
-def _title(study: Study) -> str:
+def headline(study: Study) -> str:
+    """Return the title of a figure: the mission, the rate of success, and its interval."""
     rate = study.rate()
     words = f"{percent(rate.share)} of {rate.flights:,} flights settle, 95 % interval {percent(rate.low)} to {percent(rate.high)}"
     words = words.replace(" %", "\N{NO-BREAK SPACE}%").replace("% interval", "%\N{NO-BREAK SPACE}interval")
