@@ -117,6 +117,28 @@ def test_rounds_of_a_closed_path_are_counted() -> None:
     assert reached == pytest.approx(program.parameter + 14, abs=1.5)
 
 
+def test_a_reference_beyond_all_counts_is_left_out(tmp_path: Path) -> None:
+    """The vehicle would brake for thirty years: its stop begins after the last control interval that is counted."""
+    program = exported("stop", "float32", reference__braking_time=1e9)
+    assert len(program.autopilot.guidance.reference.pieces.begins) > len(program.schedule.first)
+    for file, text in files_of(program, "c99", 0.1).items():
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    assert "passed" in made(tmp_path, "check", FAST)
+
+
+def test_moments_end_where_measurements_are_refused() -> None:
+    """The law throws the vehicle from far away faster than can be believed; a start that is refused itself has no moments."""
+    program = exported("upright", "float32")
+    far, refused = (
+        dataclasses.replace(program, start=np.concatenate([[x, 0.0, 0.0], program.start[3:]])) for x in (9.9e5, 1e7)
+    )
+    recorded = moments(far, 20.0)
+    assert all(np.all(np.abs(each.measurement[:18]) <= 1e6) for each in recorded)
+    assert recorded[-1].interval < 1000
+    with pytest.raises(InputError, match=r"the start of an export must be within 1e\+06 m"):
+        moments(refused, 20.0)
+
+
 @pytest.mark.parametrize("broken", [np.nan, np.inf, 1e9])
 def test_a_broken_measurement_holds_the_last_output(broken: float) -> None:
     program = exported("upside-down", "float32")

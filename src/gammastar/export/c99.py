@@ -9,11 +9,10 @@ import re
 from gammastar.engine.c_source import c_file
 from gammastar.export.airframe import airframe
 from gammastar.export.graphs import TOLD
-from gammastar.export.program import NEWTON_STEPS, Program
+from gammastar.export.program import COUNTS, NEWTON_STEPS, Program
 from gammastar.export.tables import declared, literal, readers
 from gammastar.path import ParametricPath
 
-COUNTS = 2**32 - 1  # of control intervals
 PLACEHOLDER = re.compile(r"^@(\w+)@(\n)|@(\w+)@", re.MULTILINE)
 
 SEARCHED = """

@@ -21,6 +21,7 @@ from gammastar.path.base import Path
 
 BEND = 0.2  # [rad] by which a path turns between two of the samples among which a start is sought, at most
 SAMPLES = (64, 2048)  # fewest and most of them
+COUNTS = 2**32 - 1  # of control intervals; what a reference holds for later is left out
 NEWTON_STEPS = 16  # from a sample to the nearest point
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 TAKEN = (
@@ -190,7 +191,9 @@ class Program:
         rows[:, [0, 10]] -= begins[:, None]
         whole = np.floor(begins / interval)
         first = np.ceil(begins / interval - 1e-9)
-        return Schedule(first.astype(int), whole.astype(int), begins - whole * interval, rows)
+        reached = first <= COUNTS
+        whole, rest, first = whole[reached], (begins - whole * interval)[reached], first[reached]
+        return Schedule(first.astype(int), whole.astype(int), rest, rows[reached])
 
     def rows(self, parameter: float) -> np.ndarray:
         """Return the path's data (data_size,) at a parameter."""

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gammastar.errors import InputError
+from gammastar.export.graphs import FARTHEST, FASTEST
 from gammastar.export.program import Program
+from gammastar.export.tables import WIDEST
 from gammastar.law.filter import MOTION
 from gammastar.so3 import stack, unstack
 from gammastar.vehicle import StateGraph, Unknown
@@ -29,7 +32,13 @@ class Moment:
 
 
 def moments(program: Program, duration: float, count: int = MOMENTS) -> list[Moment]:
-    """Return moments of a flight from the mission's start, some of its first intervals and some over a duration [s]."""
+    """Return moments of a flight from the mission's start, some of its first intervals and some over a duration [s].
+
+    Fewer if the flight goes where measurements are refused, or beyond all numbers.
+
+    Raises:
+        InputError: It does so at its start.
+    """
     pilot = program.autopilot
     steps = min(LONGEST, max(count, round(duration / pilot.interval)))
     kept = set(np.unique(np.round(np.geomspace(1, steps, count)).astype(int) - 1))
@@ -39,10 +48,18 @@ def moments(program: Program, duration: float, count: int = MOMENTS) -> list[Mom
     for k in range(steps):
         measurement = program.graphs.measurement(motion)
         after, command, told = program.stepped(memory, measurement, k)
+        results = np.concatenate([memory, after, command, told])
+        if not float(program.functions["usable"](measurement)) or not np.all(np.abs(results) < WIDEST[program.real]):
+            break
         if k in kept:
             found.append(Moment(k, memory, measurement, after, command, told))
         memory = after
         motion = move(motion, memory[program.wrench]).full()[:, 0]
+    if not found:
+        raise InputError(
+            f"the start of an export must be within {FARTHEST:g} m, {FASTEST:g} m/s and {FASTEST:g} rad/s, with finite commands of the law "
+            "(got one that its autopilot would refuse); start nearer to the path"
+        )
     return found
 
 
