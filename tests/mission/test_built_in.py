@@ -23,7 +23,14 @@ APPROACHING = (
 )  # from so far away that the law is bent, so there is no closed form of the whole flight
 
 
-REAL = ("crazyflie", "hexarotor", "quadrotor", "tail-sitter", "underwater")  # through rotors, with an autopilot
+REAL = (
+    "any-attitude",
+    "crazyflie",
+    "hexarotor",
+    "quadrotor",
+    "tail-sitter",
+    "underwater",
+)  # through rotors, with an autopilot
 
 
 @functools.cache
@@ -33,6 +40,7 @@ def flown(name: str) -> FlightRecord:
 
 def test_the_names_are_these() -> None:
     assert names() == [
+        "any-attitude",
         "anywhere",
         "crazyflie",
         "helix",
@@ -99,9 +107,9 @@ def test_an_approach_bends_the_law_and_then_leaves_it_alone(name: str) -> None:
     assert summary["settling_time_s"]["measured"] < 10
 
 
-@pytest.mark.parametrize(("name", "most"), list(zip(REAL, (5e-3, 1e-3, 1e-2, 1e-5, 1e-3), strict=True)))
+@pytest.mark.parametrize(("name", "most"), list(zip(REAL, (1e-2, 5e-3, 1e-3, 1e-2, 1e-5, 1e-3), strict=True)))
 def test_real_vehicles_keep_to_their_paths_within_their_rotors(name: str, most: float) -> None:
-    """What is unknown or measured badly leaves millimetres, gusts up to 1 cm; the tail-sitter's lift is known, and leaves micrometres."""
+    """What is unknown leaves millimetres, gusts and noise up to 1 cm; the tail-sitter's lift is known, and leaves micrometres."""
     record = flown(name)
     summary = record.summary()
     assert summary["distance_m"]["max_last_quarter"] < most
@@ -128,8 +136,8 @@ def test_the_satellite_keeps_within_its_thruster_and_wheels() -> None:
 
 @pytest.mark.parametrize("name", [name for name in names() if name != "noisy"])
 def test_every_mission_settles_also_by_body_rates(name: str) -> None:
-    """Thrust and body rates through an inner loop of 20 rad/s: within 5 mm, in gusts 1 cm."""
-    within = 1e-2 if name == "quadrotor" else 5e-3
+    """Thrust and body rates through an inner loop of 20 rad/s: within 5 mm, in gusts or with noisy sensors 1 cm."""
+    within = 1e-2 if name in ("any-attitude", "quadrotor") else 5e-3
     summary = load(name).with_values({"controller.interface": "rates", "flight.settled_within": within}).fly().summary()
     assert summary["settled"]
     assert summary["distance_m"]["max_last_quarter"] < within

@@ -64,6 +64,25 @@ class Campaign:
         """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces."""
         return self.store.dataset()
 
+    def facts(self) -> dict[str, Any]:
+        """Return how many flights there are, how they went, and what the run that made this has done, units in the keys."""
+        study, manifest, tally = self.study(), self.store.manifest, self.tally
+        time_taken = max(tally.wall_time, 1e-9)
+        return {
+            **study.rate().values(),
+            "causes": [
+                {"cause": each.status, "flights": each.rate.successes, "first": each.first} for each in study.causes()
+            ],
+            "rows_written": tally.rows,
+            "parts": manifest.parts,
+            "wall_time_s": tally.wall_time,
+            "flights_per_s": tally.rows / time_taken,
+            "steps_per_s": tally.steps / time_taken,
+            "machine": manifest.machine,
+            "seed": manifest.seed,
+            "version": manifest.version,
+        }
+
     def study(self) -> Study:
         """Return what answers questions about the rows."""
         return Study(self.store)

@@ -24,6 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if not process.prepare_streams():
         return _stopped("standard output must be open to writing (got a closed one); open it, or send it to a file", 1)
+    said = "interrupted; no file was left half written"
     with process.stopped_by_signals() as received:
         try:
             code = _run(arguments)
@@ -32,11 +33,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # A library in another language may turn an interrupt into any error.
             interrupted = received or process.is_interrupt(error)
             code = process.INTERRUPTED if interrupted else _explained(error)
+            if isinstance(error, process.Interrupted):
+                said = str(error)
         finally:
             process.settle_streams()
     if code == process.INTERRUPTED:
         code = 128 + (received or [signal.SIGINT])[0]
-        process.note("interrupted; no file was left half written")
+        process.note(said)
     return code
 
 

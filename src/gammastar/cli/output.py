@@ -150,6 +150,27 @@ def study(found: Mapping[str, Any], words: str, files: Sequence[Path], as_json: 
     text("\n".join([words, *wrote]))
 
 
+def campaign(facts: Mapping[str, Any], as_json: bool) -> None:
+    """Print how many flights of a campaign there are, how many settled, what this run did, and how to go on."""
+    if as_json:
+        json_object(facts)
+        return
+    low, high = facts["interval"]
+    lines = [
+        str(facts["mission"]),
+        "",
+        f"{facts['flights']} flights, {facts['successes']} settled: {facts['share']:.1%}, and between {low:.1%} and {high:.1%} of all "
+        "such flights do (95 % confidence)",
+    ]
+    lines += [f"{each['flights']} did not: {each['cause']}" for each in facts["causes"]]
+    if facts["rows_written"]:
+        lines.append(
+            f"flew {facts['rows_written']} in {facts['wall_time_s']:.3g} s, {facts['flights_per_s']:.3g} flights/s and "
+            f"{facts['steps_per_s']:.3g} steps/s, by {facts['machine']}"
+        )
+    text("\n".join([*lines, f"wrote {facts['out']}; see gammastar study {facts['out']}"]))
+
+
 def missions(titles: Mapping[str, str], as_json: bool) -> None:
     """Print names and titles of missions."""
     if as_json:
@@ -224,6 +245,44 @@ def progress(verb: str) -> Iterator[Callable[[int, int], None] | None]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(verb, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def flights() -> Iterator[Callable[[int, int], None] | None]:
+    """Yield what draws a bar from (flights done, flights in all), with rate and remaining time, or None where nobody would see it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    import time
+
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+    columns = BarColumn(), TaskProgressColumn(), TextColumn("{task.description}")
+    begun: list[tuple[float, int]] = []
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("preparing", total=None)
+
+        def draw(done: int, total: int) -> None:
+            now = time.monotonic()
+            if not begun:
+                begun.append((now, done))
+            since, before = begun[0]
+            words = f"{done} of {total} flights"
+            if done > before:
+                rate = (done - before) / (now - since)
+                words += f", {rate:.3g}/s, {remaining((total - done) / rate)} left"
+            bar.update(task, description=words, completed=done, total=total)
+
+        yield draw
+
+
+def remaining(seconds: float) -> str:
+    """Return a time to go, in the unit that a person would take."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 @contextmanager

@@ -17,6 +17,10 @@ AGAIN = 1.0  # [s] after which an interrupt is repeated: long enough to remove t
 PIPE_CLOSED = 128 + 13  # SIGPIPE, which Python turns into an error
 
 
+class Interrupted(Exception):
+    """A verb was interrupted, and says how to go on; no KeyboardInterrupt, whose words the command line's parser would drop."""
+
+
 def prepare_streams() -> bool:
     """Let stdout and stderr escape what their encoding lacks, and open a missing stderr onto nothing; return whether stdout is open."""
     if sys.stderr is None:

@@ -11,8 +11,8 @@ from gammastar import __version__, mission
 from gammastar.campaign.cost import DEFAULT_WEIGHTS, FAILURE, Cost
 from gammastar.campaign.tune import EVALUATIONS, FLIGHTS, Tuner
 from gammastar.cli import output, process
-from gammastar.cli.process import note
-from gammastar.errors import MissionError, PathError
+from gammastar.cli.process import Interrupted, is_interrupt, note
+from gammastar.errors import InputError, MissionError, PathError
 from gammastar.mission.complaint import shown
 
 DEEPEST_KEY = 8  # levels of a dotted key; missions have three
@@ -55,7 +55,7 @@ def start(
 
 @app.command()
 def fly(
-    name: MissionName,
+    name: Annotated[str | None, typer.Argument(metavar="MISSION", help="A built-in name or a TOML file.")] = None,
     out: Annotated[
         str | None,
         typer.Option(metavar="DIR", help="Write mission.toml, flight.parquet, summary.json and figures there."),
@@ -64,19 +64,33 @@ def fly(
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Whether --out draws figures.")] = True,
     force: Annotated[bool, typer.Option("--force", help="Fly also what its certificate calls not flyable.")] = False,
+    source: Annotated[
+        str | None,
+        typer.Option("--from", metavar="DIR", help="Fly a flight of this campaign again, in place of a MISSION."),
+    ] = None,
+    number: Annotated[int | None, typer.Option("--flight", metavar="K", help="Which flight of --from.")] = None,
 ) -> int:
     """Certify the paths of a mission, fly it and print its numbers."""
     from gammastar.report.certificate import brief
     from gammastar.report.folder import file_names, flight_summary, require_libraries, write_folder
     from gammastar.report.place import chosen_folder
 
-    chosen = _mission(name, changes)
+    again = source is not None or number is not None
+    if again and (source is None or number is None or name is not None or changes):
+        raise InputError(
+            "a flight of a campaign must be named by --from and --flight alone (got one of them, or MISSION or --set); correct it"
+        )
+    if name is None and not again:
+        raise InputError("fly must have a MISSION, or --from DIR and --flight K (got neither); see gammastar missions")
+    chosen = None if name is None else _mission(name, changes)
     folder = None
     if out is not None:
         folder = chosen_folder(
-            out, file_names(figures, autopilot=True), None if name in mission.names() else Path(name)
+            out, file_names(figures, autopilot=True), None if name is None or name in mission.names() else Path(name)
         )
         require_libraries(figures)
+    if chosen is None:
+        return _again(str(source), number or 0, folder, as_json, figures)
     with output.progress("certifying"):
         certificate = brief(chosen.certificates())
     if not certificate["flyable"]:
@@ -91,6 +105,67 @@ def fly(
     files = write_folder(folder, chosen, record, summary, figures) if folder is not None else []
     output.flight(summary, files, as_json)
     return 0 if record.completed else 1
+
+
+def _again(source: str, number: int, folder: Path | None, as_json: bool, figures: bool) -> int:
+    """Fly a flight of a campaign again and print its numbers."""
+    from gammastar.campaign.run import Campaign
+    from gammastar.report.certificate import brief
+    from gammastar.report.folder import flight_summary, write_folder
+
+    with output.progress("flying"):
+        found = Campaign.read(source).fly(number)
+        certificate = brief(found.mission.certificates())
+    summary = flight_summary(found.mission, found.record, __version__, certificate)
+    summary = type(summary)({**summary, "campaign": source, "flight": number, "same_as_row": found.same})
+    files = write_folder(folder, found.mission, found.record, summary, figures) if folder is not None else []
+    output.flight(summary, files, as_json)
+    if not found.same:
+        note("not to the last bit the flight of the campaign: its computer, compiler or libraries were others")
+    return 0 if found.record.completed else 1
+
+
+@app.command()
+def campaign(
+    name: MissionName,
+    flights: Annotated[
+        int, typer.Option(metavar="N", help="How many; those that are there count.", show_default=False)
+    ],
+    out: Annotated[
+        str, typer.Option(metavar="DIR", help="A new folder, or that of this campaign, to go on.", show_default=False)
+    ],
+    seed: Annotated[
+        int | None, typer.Option(help="Of what is drawn and of all noise; that of [flight] if left out.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Threads; one for every processor if left out.")] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers fly in place of this process."),
+    ] = None,
+    machine: Annotated[
+        str, typer.Option(metavar="auto|native|casadi", help="What flies: compiled, or without.")
+    ] = "auto",
+    changes: Changes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly a mission with [campaign] many times and write a row a flight; what was interrupted goes on."""
+    from gammastar.campaign.run import campaign as run
+    from gammastar.report.place import chosen_folder
+
+    folder = chosen_folder(out, [])
+    chosen = _mission(name, changes)
+    try:
+        with output.flights() as progress:
+            flown = run(
+                chosen, flights, folder, seed=seed, workers=workers, cluster=cluster, machine=machine, progress=progress
+            )
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
+        raise Interrupted(
+            f"interrupted; start the same command again to go on: flights that are in {folder} are kept"
+        ) from error
+    output.campaign({"mission": chosen.title, **flown.facts(), "out": str(folder)}, as_json)
 
 
 @app.command()
