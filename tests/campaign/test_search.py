@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
 from gammastar.campaign.search import search
+from gammastar.errors import MissingExtraError
 
 BEST = np.array([0.7, -1.2, 0.3])
 LOW, HIGH = np.full(3, -2.0), np.full(3, 2.0)
@@ -46,3 +49,9 @@ def test_same_seed_same_points_and_the_generator_of_numpy_is_left_alone() -> Non
     assert np.array_equal(first, seen(60))
     assert not np.array_equal(first, seen(60, seed=1))
     assert np.array_equal(before, np.random.get_state()[1])  # type: ignore[index]
+
+
+def test_a_missing_library_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cma", None)
+    with pytest.raises(MissingExtraError, match="gammastar\\[campaign\\]"):
+        seen(1)

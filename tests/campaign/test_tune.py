@@ -74,11 +74,22 @@ def test_every_candidate_flies_the_flights_that_it_would_fly_alone() -> None:
         assert found.judge.means(columns) == means
 
 
+def test_what_is_found_is_judged_by_flights_that_the_search_has_not_seen() -> None:
+    found = tuned(NOISY, flights=3, evaluations=4)
+    tuner = Tuner(Mission.from_values(NOISY), 3, 1, engine="casadi")
+    assert tuner.unseen is not None
+    assert not set(tuner.seen.numbers) & set(tuner.unseen.numbers)
+    for trials, means in ((tuner.seen, found.tried[0][1]), (tuner.unseen, found.unseen[0])):
+        assert found.judge.means(trials.fly([found.tried[0][0]])[0]) == means
+
+
 def test_the_mission_that_is_written_flies_what_was_found() -> None:
     """The same numbers on the first of the flights that the search had not seen, and its own tuning is what it says."""
     found = tuned(NOISY, flights=3, evaluations=10)
     assert found.is_better
-    assert found.improvement > 1
+    own, best = (found.judge.cost.of(means) for means in found.unseen)
+    assert found.improvement == own / best > 1
+    assert f"{best:.4g} on 3 other flights, where the mission's own costs {own:.4g}" in found.message
     mission = parse(found.toml())
     assert mission == found.mission
     assert mission.law().poles == found.candidate.poles
@@ -145,6 +156,15 @@ def test_lists_of_a_campaign_are_flown_by_their_own_missions() -> None:
     assert columns["max_distance_m"] == pytest.approx([HEIGHT, HEIGHT + 0.5] * 2)
 
 
+def test_a_cost_that_vanishes_is_infinitely_less() -> None:
+    """The slow poles that the mission has do not settle in time, faster ones do."""
+    flight = {"flight": {"duration": 3.0, "step": 1e-2, "settled_within": 0.05}}
+    found = tuned(PLAIN | flight | {"controller": {"poles": -1.5}}, cost={"unsettled": 1.0}, evaluations=20)
+    assert found.is_better
+    assert found.improvement == np.inf
+    assert found.message.endswith("costs 0 on the mission's only flight, where the mission's own costs 1")
+
+
 @pytest.mark.parametrize(
     ("changes", "given", "said"),
     [
@@ -154,6 +174,7 @@ def test_lists_of_a_campaign_are_flown_by_their_own_missions() -> None:
         ({}, {"only": "transverse"}, "only must be a list"),
         ({}, {"only": ["transversal"]}, "what is tuned must be one of"),
         ({}, {"cost": {"time": 1.0}}, "a term of a cost"),
+        ({"controller.interface": "c"}, {}, "many flights must fly the law itself"),
         ({"integral.pole": 0.5}, {}, "put \\[observer\\] in place of \\[integral\\]"),
         (
             {"campaign.vary": [{"quantity": "controller.poles", "kind": "list", "choices": [-2.0, -3.0]}]},

@@ -98,6 +98,7 @@ class Trials:
         for case in setting.cases(numbers, setting.sample(numbers)):
             if isinstance(case.mission, GammastarError):
                 raise case.mission
+            case.require_bodies(np.arange(len(case.numbers)))
             starts = case.starts().states(np.arange(len(case.numbers)))
             batches.append(Batch(case.mission, case.places, case.numbers, starts, case.varied()))
         return batches

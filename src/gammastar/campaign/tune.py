@@ -129,7 +129,7 @@ class Tuner:
         judge, own = self.judge, self.tried[0]
         best = min(self.tried, key=lambda each: judge.merit(each[1]))
         unseen = (own[1], best[1])
-        if self.unseen is not None and best is not own:
+        if self.unseen is not None:
             flown = self._flown(self.unseen, [own[0], best[0]], progress, len(self.tried))
             unseen = judge.means(flown[0]), judge.means(flown[1])
         return Tuned(

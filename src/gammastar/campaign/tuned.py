@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -50,8 +51,10 @@ class Tuned:
     @property
     def improvement(self) -> float:
         """Return the cost of the mission's own tuning over that of the one that is kept, on flights that the search has not seen."""
-        own, best = (self.judge.cost.of(means) for means in self.unseen)
-        return own / best if self.is_better else 1.0
+        own, best = self._costs
+        if not self.is_better:
+            return 1.0
+        return own / best if best else math.inf
 
     @property
     def message(self) -> str:
@@ -60,7 +63,9 @@ class Tuned:
         if self.best == 0:
             words = "no tuning costs less than the mission's own, which is kept"
         elif self.is_better:
-            words = f"the tuning found costs {self.improvement:.3g} times less than the mission's own on {flights}"
+            own, best = self._costs
+            factor = f", {self.improvement:.3g} times less" if best else ""
+            words = f"the tuning found costs {best:.4g} on {flights}, where the mission's own costs {own:.4g}{factor}"
         else:
             words = f"the tuning found is not better than the mission's own on {flights}, so that is kept"
         return words + (f"; interrupted after {len(self.tried) - 1} tunings" if self.is_interrupted else "")
@@ -104,6 +109,12 @@ class Tuned:
         """Return name, unit, own and found value of everything that was tuned."""
         found = _numbers(self.tried[self.best][0], self.space.chains)
         return [(each.name, each.unit, each.own, found[each.name]) for each in self.space.variables]
+
+    @property
+    def _costs(self) -> tuple[float, float]:
+        """The costs of the mission's own tuning and of the best one, over flights that the search has not seen."""
+        own, best = (self.judge.cost.of(means) for means in self.unseen)
+        return own, best
 
     def _told(self, means: Means) -> dict[str, float]:
         return {"cost": self.judge.cost.of(means), **means}

@@ -42,7 +42,7 @@ def tuned(data: Mapping[str, Any], file: Path | None, as_json: bool) -> None:
         json_object({**data, "file": None if file is None else str(file)})
         return
     lines = [str(data["mission"]), "", _cost(data), "", *_table(_means(data)), "", *_table(_numbers(data)), ""]
-    lines += [*_front(data), "", str(data["message"])]
+    lines += [*_front(data), str(data["message"])]
     if file is not None:
         lines.append(f"wrote {file}")
     text("\n".join(lines))
@@ -94,7 +94,7 @@ def _front(data: Mapping[str, Any]) -> list[str]:
     said = f"{len(front)} tunings that none other surpasses in every term" + (
         f", {len(rows)} of them" if len(rows) < len(front) else ""
     )
-    return [said, "", *_table([(*names, "cost"), *rows])] if len(names) > 1 else []
+    return [said, "", *_table([(*names, "cost"), *rows]), ""] if len(names) > 1 else []
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
