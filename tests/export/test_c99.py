@@ -117,6 +117,19 @@ def test_rounds_of_a_closed_path_are_counted() -> None:
     assert reached == pytest.approx(program.parameter + 14, abs=1.5)
 
 
+@pytest.mark.parametrize("rounds", [1000, -1000])
+def test_rounds_that_a_wrong_measurement_makes_are_taken_off_at_once(rounds: int) -> None:
+    """From far away a parameter may move by thousands of rounds, beside which float32 does not hold its digits."""
+    program = exported("upside-down", "float32")
+    measurement = program.graphs.measurement(start_of(program))
+    pilot = loaded(program).start(measurement)
+    pilot.state.memory[0] += 2 * np.pi * rounds
+    pilot.step(measurement)
+    low, high = program.path.domain
+    assert low <= pilot.memory[0] <= high
+    assert pilot.state.laps == rounds
+
+
 def test_a_reference_beyond_all_counts_is_left_out(tmp_path: Path) -> None:
     """The vehicle would brake for thirty years: its stop begins after the last control interval that is counted."""
     program = exported("stop", "float32", reference__braking_time=1e9)

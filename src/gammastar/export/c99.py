@@ -52,13 +52,13 @@ static real start_parameter(const real *measured) {{
 }}
 """
 WRAPPED = """    /* Whole periods are counted apart, so that the parameter keeps its digits however long the flight is. */
-    if (next[0] >= {high}) {{
-        next[0] -= {period};
-        if (state->laps < INT32_MAX) state->laps++;
-    }} else if (next[0] < {low}) {{
-        next[0] += {period};
-        if (state->laps > INT32_MIN) state->laps--;
+    if (next[0] >= {high} || next[0] < {low}) {{
+        const real turns = {floor}((next[0] - {low}) / {period});
+        const int32_t whole = turns > {most} ? {limit} : turns < -{most} ? -{limit} : (int32_t)turns;
+        next[0] -= turns * {period};
+        if (whole > 0 ? state->laps <= INT32_MAX - whole : state->laps >= INT32_MIN - whole) state->laps += whole;
     }}"""
+MOST_TURNS = 10**6  # counted in one control interval, after a measurement from far away
 AXES = {
     "ned": "World axes: third one down, such as north, east, down; body axes: forward, right, down.",
     "enu": "World axes: third one up, such as east, north, up; body axes: forward, left, up.",
@@ -157,6 +157,9 @@ def _wrap(program: Program) -> str:
         "low": literal(low, program.real),
         "period": literal(period, program.real),
         "high": literal(low + period, program.real),
+        "floor": "floorf" if program.real == "float32" else "floor",
+        "most": literal(MOST_TURNS, program.real),
+        "limit": str(MOST_TURNS),
     }
     return WRAPPED.format(**texts)
 

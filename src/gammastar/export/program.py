@@ -215,7 +215,7 @@ class Program:
         after, command, told = (each.full()[:, 0] for each in results)
         if self.wraps is not None:
             low = self.path.domain[0]
-            after[0] -= self.wraps * (float(after[0] >= low + self.wraps) - float(after[0] < low))
+            after[0] -= self.wraps * np.floor((after[0] - low) / self.wraps)
         return after, command, told
 
     def started(self, measurement: np.ndarray) -> np.ndarray:
