@@ -201,6 +201,15 @@ def test_four_poles_are_those_of_both_chains() -> None:
     assert law.tangential_gains(holds_position=False).tolist() == [0, 24, 26, 9]
 
 
+def test_the_order_of_chains_does_not_tell_laws_apart() -> None:
+    """Nor does it whether a chain is named that has its default anyway: `fly_many` flies such laws together."""
+    named = {"yaw": -2.0, "speed": (-2.0, -3.0, -4.0), "transverse": -3.0, "tangential": (-1.0, -2.0, -3.0, -4.0)}
+    turned = dict(reversed(named.items()))
+    left_out = {name: poles for name, poles in named.items() if name != "speed"}
+    laws = [design(PAPER_VEHICLE, CURVES["circle"], poles) for poles in (named, turned, left_out)]
+    assert laws[0].signature == laws[1].signature == laws[2].signature
+
+
 def test_a_mapping_keeps_the_defaults_that_it_leaves_out() -> None:
     law = design(PAPER_VEHICLE, PATHS["implicit circle"], {"transverse_2": -4, "speed": (-1, -2, -3)})
     assert law.poles["transverse"] == law.poles["tangential"] == DEFAULT_POLES

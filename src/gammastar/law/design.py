@@ -86,6 +86,7 @@ def design(
         raise UnknownNameError("interface", interface, INTERFACES)
     resolved = {chain: _poles(chosen[chain], chain, interface) for chain in chosen}
     resolved.setdefault("speed", without_slowest(resolved["tangential"]))
+    resolved = {chain: resolved[chain] for chain in CHAINS}  # laws with the same chains have the same signature
     if approach is not None:
         if path.components != 3:
             raise InputError(
