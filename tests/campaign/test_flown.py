@@ -106,6 +106,30 @@ def test_a_start_along_the_path_is_on_it(circle: Mission) -> None:
     assert np.all((x <= 0) & (y >= 0))
 
 
+def test_a_start_beside_the_path_is_in_a_ball_about_it(quadrotor: Mission) -> None:
+    """In the mission's frame `enu`; in a ball of radius r the mean square distance from the middle is 3/5 r^2."""
+    vary = {"quantity": "start.position", "kind": "along", "radius": 0.1}
+    setting = Setting(varied(quadrotor, vary), seed=1)
+    numbers = np.arange(1000)
+    (case,) = setting.cases(numbers, setting.sample(numbers))
+    x, y, z = case.starts().position.T
+    distances = np.hypot(np.hypot(x, y) - 1.0, z - 2.0)  # across the circle: two of three coordinates
+    assert distances.max() < 0.1
+    assert np.mean(distances**2) == pytest.approx(2 / 3 * 0.6 * 0.01, rel=0.1)
+
+
+def test_flights_of_changed_missions_have_their_own_values_too(circle: Mission) -> None:
+    """A mass that is drawn stands in place of the mission's own in every mission of a list."""
+    mass = {"quantity": "truth.mass_scale", "kind": "uniform", "low": 0.9, "high": 1.1}
+    methods = {"quantity": "flight.integrator", "kind": "list", "choices": ["rkmk4", "cf4"]}
+    own = circle.with_values({"truth.mass_scale": 1.5})
+    (row,) = listed(Setting(varied(own, mass, methods), seed=0), [3])
+    values = {name: row[name] for name in ("truth.mass_scale", "flight.integrator")}
+    alone = own.with_values(values).fly().summary()
+    assert row["max_thrust_N"] == pytest.approx(alone["thrust_N"]["max"], rel=1e-9)
+    assert row["min_free_fall_margin_m_s2"] == pytest.approx(alone["margin_min"]["free_fall_m_s2"], rel=1e-9)
+
+
 def test_lists_and_grids_are_for_any_key(circle: Mission) -> None:
     """What is not in the reach of one mission is flown by several; the row tells a number, a text, or the place in the list."""
     vary = [

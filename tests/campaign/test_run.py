@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gammastar as gs
@@ -224,6 +225,17 @@ def test_a_flight_is_flown_again_to_the_last_bit(expected: gs.Campaign) -> None:
     alone = again.mission.fly()  # a mission of its own, the same to rounding
     assert alone.distance[-1] == pytest.approx(rows["final_distance_m"][number], rel=1e-6)
     assert alone.start.vector(1.0) == pytest.approx(again.record.start.vector(1.0))
+
+
+def test_a_flight_that_is_not_its_row_says_so(expected: gs.Campaign, tmp_path: Path) -> None:
+    """As that of another processor: a last digit is another."""
+    store = Store.opened(tmp_path, expected.store.manifest)
+    table = expected.dataset().to_table().slice(0, PART)
+    name, values = "max_distance_m", table["max_distance_m"].to_numpy()
+    place = table.schema.get_field_index(name)
+    store.write(0, table.set_column(place, name, [np.nextafter(values, np.inf)]))
+    number = table["status"].to_pylist().index("completed")
+    assert not gs.Campaign(store).fly(number).same
 
 
 def test_what_cannot_be_flown_again_says_why(mission: Mission, expected: gs.Campaign, tmp_path: Path) -> None:
