@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
@@ -326,3 +327,12 @@ def test_workers_of_another_version_are_refused(scheduler: Any, tmp_path: Path) 
         other.kill()
         other.wait()
         until(lambda: not scheduler.scheduler.workers)
+
+
+def test_a_cluster_speaks_through_errors_alone() -> None:
+    """Loggers of Dask, each of which has a level of its own, are silent meanwhile and as before afterwards."""
+    logger = logging.getLogger("distributed.client")
+    before = logger.level
+    with places._silence():
+        assert not logger.isEnabledFor(logging.ERROR)
+    assert logger.level == before
