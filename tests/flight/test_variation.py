@@ -118,3 +118,10 @@ def test_laws_of_other_vehicles_are_flown_apart() -> None:
 def test_what_cannot_vary_is_refused(varied: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         gs.fly_many(quadrotor(), STARTS, varied=varied, **SETTING)
+
+
+@pytest.mark.parametrize("name", ["thrust_scale", "force_scale", "wind"])
+def test_what_has_no_effect_is_refused(name: str) -> None:
+    law = gs.design(gs.Vehicle(0.5, (0.0037, 0.0037, 0.007)), PATH, poles=-5)
+    with pytest.raises(InputError, match=f"{name} needs a vehicle with"):
+        gs.fly_many(law, STARTS, varied={name: SCALES[name]}, **SETTING)

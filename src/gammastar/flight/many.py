@@ -21,7 +21,7 @@ from gammastar.flight.noise import SensorNoise
 from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.task import Task, task
-from gammastar.flight.variation import given_quantities, tunings
+from gammastar.flight.variation import given_quantities, require_effect, tunings
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
@@ -97,6 +97,7 @@ def fly_many(
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
     _, _, steps = conditions.timing(wanted.law)
     variation = given_quantities(varied, len(begun)) | tunings(laws)
+    require_effect(variation, wanted.law.vehicle if truth is None else truth, wanted.law.interface)
     parameters = np.vstack([np.empty((0, len(begun))), *variation.values()])
     loops, firsts = _begun(wanted, laws, begun, conditions, whole(seed, "seed"), numbers, tuple(variation), parameters)
     flown = np.array([place for place, loop in enumerate(loops) if loop is not None], dtype=int)

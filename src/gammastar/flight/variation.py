@@ -6,7 +6,7 @@ Flights that differ in these alone take one step, whose graph has them as parame
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -104,6 +104,19 @@ def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[
             )
         result[name] = np.ascontiguousarray(columns)
     return result
+
+
+def require_effect(names: Iterable[str], truth: Vehicle, interface: str) -> None:
+    """Raise `InputError` when something varies that the vehicle that flies does not have."""
+    has = {
+        "thrust_scale": (truth.rotors is not None and interface == "wrench", "rotors that the law commands"),
+        "force_scale": (truth.feels_the_air, "forces other than buoyancy"),
+        "wind": (truth.feels_the_air, "forces that depend on the air"),
+    }
+    for name in names:
+        found, what = has.get(name, (True, ""))
+        if not found:
+            raise InputError(f"{name} needs a vehicle with {what} (got one without); leave it out")
 
 
 def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
