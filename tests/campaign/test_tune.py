@@ -33,7 +33,7 @@ NOISY = PLAIN | {
 
 
 def tuned(values: dict[str, Any], **given: Any) -> module.Tuned:
-    return gs.tune(Mission.from_values(values), engine="casadi", **given)
+    return gs.tune(Mission.from_values(values), machine="casadi", **given)
 
 
 def test_the_pole_of_a_known_optimum_is_found() -> None:
@@ -68,7 +68,7 @@ def test_same_seed_same_tuning_and_another_seed_another() -> None:
 def test_every_candidate_flies_the_flights_that_it_would_fly_alone() -> None:
     """Common random numbers: the means of a tuning do not depend on which others are tried with it."""
     found = tuned(NOISY, flights=3, evaluations=6)
-    tuner = Tuner(Mission.from_values(NOISY), 3, 1, engine="casadi")
+    tuner = Tuner(Mission.from_values(NOISY), 3, 1, machine="casadi")
     for candidate, means in found.tried[1:3]:
         (columns,) = tuner.seen.fly([candidate])
         assert found.judge.means(columns) == means
@@ -76,7 +76,7 @@ def test_every_candidate_flies_the_flights_that_it_would_fly_alone() -> None:
 
 def test_what_is_found_is_judged_by_flights_that_the_search_has_not_seen() -> None:
     found = tuned(NOISY, flights=3, evaluations=4)
-    tuner = Tuner(Mission.from_values(NOISY), 3, 1, engine="casadi")
+    tuner = Tuner(Mission.from_values(NOISY), 3, 1, machine="casadi")
     assert tuner.unseen is not None
     assert not set(tuner.seen.numbers) & set(tuner.unseen.numbers)
     for trials, means in ((tuner.seen, found.tried[0][1]), (tuner.unseen, found.unseen[0])):
@@ -93,7 +93,7 @@ def test_the_mission_that_is_written_flies_what_was_found() -> None:
     mission = parse(found.toml())
     assert mission == found.mission
     assert mission.law().poles == found.candidate.poles
-    again = Tuner(mission, 3, 1, engine="casadi")
+    again = Tuner(mission, 3, 1, machine="casadi")
     assert again.unseen is not None
     columns = again.unseen.fly([module.Candidate.of(mission.law())])[0]
     assert found.judge.means(columns) == found.unseen[1]
@@ -103,7 +103,7 @@ def test_the_mission_that_is_written_flies_what_was_found() -> None:
 def test_what_is_no_better_on_other_flights_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """The other flights of the one found are replaced by far worse ones."""
     given: dict[str, Any] = {"flights": 3, "evaluations": 10}
-    tuner = Tuner(Mission.from_values(NOISY), engine="casadi", **given)
+    tuner = Tuner(Mission.from_values(NOISY), machine="casadi", **given)
     tuner.run()
     flown = tuner._flown
 
@@ -128,7 +128,7 @@ def test_an_interrupt_keeps_what_has_been_found() -> None:
         if done > total / 2:
             raise KeyboardInterrupt
 
-    tuner = Tuner(Mission.from_values(NOISY), 2, 40, engine="casadi")
+    tuner = Tuner(Mission.from_values(NOISY), 2, 40, machine="casadi")
     tuner.run(interrupt)
     assert tuner.is_interrupted
     assert 1 < len(tuner.tried) < 41
@@ -144,14 +144,14 @@ def test_an_interrupt_before_the_first_flights_is_one() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        Tuner(Mission.from_values(NOISY), 2, 40, engine="casadi").run(interrupt)
+        Tuner(Mission.from_values(NOISY), 2, 40, machine="casadi").run(interrupt)
 
 
 def test_lists_of_a_campaign_are_flown_by_their_own_missions() -> None:
     """Flights 0 and 2 are on the first path, 1 and 3 on the second; their columns are in the order of their numbers."""
     vary = [{"quantity": "path.position", "kind": "grid", "choices": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.5]]}]
     mission = Mission.from_values(PLAIN | {"campaign": {"vary": vary}})
-    tuner = Tuner(mission, 4, 1, engine="casadi")
+    tuner = Tuner(mission, 4, 1, machine="casadi")
     (columns,) = tuner.seen.fly([module.Candidate.of(mission.law())])
     assert columns["max_distance_m"] == pytest.approx([HEIGHT, HEIGHT + 0.5] * 2)
 
@@ -198,7 +198,7 @@ def test_a_name_is_no_mission() -> None:
 def test_a_limit_of_the_own_tuning_holds() -> None:
     """The lower thrust is sought that settles as fast as the mission does."""
     found = Tuner(
-        Mission.from_values(PLAIN), 1, 30, Cost({"max_thrust_N": 1.0}, {"settling_time_s": None}), engine="casadi"
+        Mission.from_values(PLAIN), 1, 30, Cost({"max_thrust_N": 1.0}, {"settling_time_s": None}), machine="casadi"
     )
     found.run()
     result = found.tuned()

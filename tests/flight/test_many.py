@@ -70,7 +70,7 @@ KINDS = ("implicit", "stop", "noise", "autopilot", "wind", "free fall", "focal p
 @functools.cache
 def flown(kind: str) -> gs.Flights:
     law, starts, setting = case(kind)
-    return gs.fly_many(law, starts, seed=7, engine="casadi", **setting)
+    return gs.fly_many(law, starts, seed=7, machine="casadi", **setting)
 
 
 def told(record: gs.FlightRecord) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def test_while_a_target_waits_the_distance_is_that_beside_it() -> None:
     law = gs.design(PLAIN, gs.paths.circle(), POLES, approach=gs.Approach())
     start, setting = gs.State((0.05, 0, 0), (-0.3, 0, 0)), {"speed": 0.0, "duration": 0.5, "step": 2e-3}
     record = gs.fly(law, start, **setting)
-    flights = gs.fly_many(law, [start], engine="casadi", **setting)
+    flights = gs.fly_many(law, [start], machine="casadi", **setting)
     assert record.waiting[-1]
     assert flights["waiting_time_s"][0] == pytest.approx(record.waiting.sum() * record.time[1])
     beside = np.linalg.norm(record.position - [1, 0, 0], axis=1)
@@ -132,7 +132,7 @@ def test_while_a_target_waits_the_distance_is_that_beside_it() -> None:
 def test_progress_is_told_over_all_flights() -> None:
     law, starts, setting = case("noise")
     told = list[tuple[int, int]]()
-    gs.fly_many(law, starts, engine="casadi", progress=lambda done, total: told.append((done, total)), **setting)
+    gs.fly_many(law, starts, machine="casadi", progress=lambda done, total: told.append((done, total)), **setting)
     assert told[-1] == (2 * 151, 2 * 151)
     assert told == sorted(told)
 
@@ -141,7 +141,7 @@ def test_progress_is_told_over_all_flights() -> None:
 def test_compiled_flights_are_those_of_the_virtual_machine() -> None:
     """To rounding; and to the last bit whatever the number of workers, and when one is recorded."""
     law, starts, setting = case("noise")
-    one, two = (gs.fly_many(law, starts * 5, seed=7, engine="native", workers=n, **setting) for n in (1, 2))
+    one, two = (gs.fly_many(law, starts * 5, seed=7, machine="native", workers=n, **setting) for n in (1, 2))
     for name, column in flown("noise").items():
         assert np.array_equal(one[name], two[name], equal_nan=column.dtype.kind == "f")
         if name not in ("flight", "status"):
@@ -156,8 +156,8 @@ def test_a_flight_is_the_same_alone_and_in_any_order(kind: str) -> None:
     """To the last bit, also where each flight has a reference of its own."""
     law, starts, setting = case(kind)
     whole, last = flown(kind), len(starts) - 1
-    alone = gs.fly_many(law, starts[last:], flights=[last], seed=7, engine="casadi", **setting)
-    turned = gs.fly_many(law, starts[::-1], flights=range(last, -1, -1), seed=7, engine="casadi", **setting)
+    alone = gs.fly_many(law, starts[last:], flights=[last], seed=7, machine="casadi", **setting)
+    turned = gs.fly_many(law, starts[::-1], flights=range(last, -1, -1), seed=7, machine="casadi", **setting)
     for name, column in whole.items():
         assert np.array_equal(alone[name], column[last:], equal_nan=column.dtype.kind == "f")
         assert np.array_equal(turned[name][::-1], column, equal_nan=column.dtype.kind == "f")
@@ -165,7 +165,7 @@ def test_a_flight_is_the_same_alone_and_in_any_order(kind: str) -> None:
 
 def test_any_flight_can_be_recorded() -> None:
     law, starts, setting = case("autopilot")
-    flights = gs.fly_many(law, starts, seed=7, engine="casadi", record=(1,), **setting)
+    flights = gs.fly_many(law, starts, seed=7, machine="casadi", record=(1,), **setting)
     assert list(flights.records) == [1]
     for place in (0, 1):
         record = flights.record(place)
@@ -180,14 +180,14 @@ def test_a_start_that_is_singular_is_told_and_harms_no_other() -> None:
     law = gs.design(PLAIN, gs.paths.circle(), POLES)
     starts = [NEAR[0], gs.State((0, 0, 0)), gs.State((1, 0, 0), thrust=-1.0), NEAR[1]]
     starts.append(gs.State((1.2, 0, 0), (0, 1e200, 0)))
-    flights = gs.fly_many(law, starts, speed=1.0, duration=0.1, engine="casadi")
+    flights = gs.fly_many(law, starts, speed=1.0, duration=0.1, machine="casadi")
     assert flights["status"].tolist() == ["completed", *["singular_start"] * 2, "completed", "singular_start"]
     assert np.isnan(flights["max_distance_m"]).tolist() == [False, True, True, False, True]
     assert flights.summary()["status"] == {"completed": 2, "singular_start": 3}
     assert flights.record(3).completed
     with pytest.raises(SingularStartError, match="place 1"):
         flights.record(1)
-    nobody = gs.fly_many(law, starts[1:3], speed=1.0, duration=0.1, engine="casadi")
+    nobody = gs.fly_many(law, starts[1:3], speed=1.0, duration=0.1, machine="casadi")
     assert nobody["status"].tolist() == ["singular_start"] * 2
     assert len(gs.fly_many(law, [], speed=1.0)["status"]) == 0
 
@@ -218,7 +218,7 @@ def test_flights_and_records_are_shown_in_a_line() -> None:
     flights = flown("implicit")
     assert repr(flights).startswith("<2 flights: 2 completed; columns flight, status, ")
     assert repr(flights.record(1)) == "<a flight of 1.5 s in 751 rows: flew to the end>"
-    assert repr(gs.fly_many(flights.task.law, [], speed=1.0, engine="casadi")).startswith("<0 flights: none; ")
+    assert repr(gs.fly_many(flights.task.law, [], speed=1.0, machine="casadi")).startswith("<0 flights: none; ")
 
 
 def test_a_column_that_is_none_names_those_that_are() -> None:
@@ -240,7 +240,7 @@ def test_a_column_that_is_none_names_those_that_are() -> None:
         ({"flights": [1]}, "flights must be 2 whole numbers"),
         ({"flights": [1, -1]}, "flights must be 2 whole numbers"),
         ({"record": [2]}, "below the number of flights"),
-        ({"engine": "abacus"}, "must be one of"),
+        ({"machine": "abacus"}, "must be one of"),
         ({"speed": None}, "exactly one of speed and reference"),
         ({"noise": gs.SensorNoise()}, "sampled feedback"),
         ({"record": 3}, "record must be a list of places"),
@@ -267,7 +267,7 @@ def test_seeds_and_numbers_that_differ_in_their_last_digit_draw_anew() -> None:
     ends = list[float]()
     for seed in (far, far - 1):
         setting["seed"] = seed
-        flights = gs.fly_many(law, [NEAR[0]] * 3, flights=[far, far - 1, 0], engine="casadi", **setting)
+        flights = gs.fly_many(law, [NEAR[0]] * 3, flights=[far, far - 1, 0], machine="casadi", **setting)
         ends += flights["final_distance_m"].tolist()
         assert flights["flight"].tolist() == [far, far - 1, 0]
         assert gs.fly(law, NEAR[0], flight=far, **setting).distance[-1] == flights["final_distance_m"][0]

@@ -54,7 +54,7 @@ def compared(flights: gs.Flights, place: int, record: gs.FlightRecord) -> None:
 def test_vehicles_that_differ_fly_as_they_do_apart(names: list[str]) -> None:
     law = quadrotor()
     varied = {name: SCALES[name] for name in names}
-    flights = gs.fly_many(law, STARTS, varied=varied, engine="casadi", **SETTING)
+    flights = gs.fly_many(law, STARTS, varied=varied, machine="casadi", **SETTING)
     for place in range(COUNT):
         given = {name.removesuffix("_scale"): SCALES[name][place] for name in names}
         thrust, wind = given.pop("thrust", 1.0), given.pop("wind", np.zeros(3))
@@ -69,7 +69,7 @@ def test_a_law_by_itself_flies_vehicles_that_differ(feedback: str) -> None:
     law = gs.design(vehicle, PATH, poles=-5)
     setting = SETTING | {"feedback": feedback, "rate": None if feedback == "continuous" else 250.0}
     varied = {"mass_scale": SCALES["mass_scale"], "force_scale": SCALES["force_scale"]}
-    flights = gs.fly_many(law, STARTS, varied=varied, engine="casadi", **setting)
+    flights = gs.fly_many(law, STARTS, varied=varied, machine="casadi", **setting)
     for place in range(COUNT):
         truth = scaled(vehicle, Scales(mass=varied["mass_scale"][place], force=varied["force_scale"][place]))
         compared(flights, place, gs.fly(law, STARTS[place], truth=truth, flight=place, **setting))
@@ -77,7 +77,7 @@ def test_a_law_by_itself_flies_vehicles_that_differ(feedback: str) -> None:
 
 def test_laws_that_differ_fly_as_they_do_apart() -> None:
     laws = [quadrotor(), quadrotor(poles=-6.0, speed=1.0), quadrotor(force=25.0)]
-    flights = gs.fly_many(laws, STARTS, engine="casadi", **SETTING)
+    flights = gs.fly_many(laws, STARTS, machine="casadi", **SETTING)
     for place, law in enumerate(laws):
         compared(flights, place, gs.fly(law, STARTS[place], flight=place, **SETTING))
         assert flights.record(place).law is law
@@ -85,13 +85,15 @@ def test_laws_that_differ_fly_as_they_do_apart() -> None:
 
 def test_compiled_flights_are_the_same() -> None:
     law = quadrotor()
-    by_machine = [gs.fly_many(law, STARTS, varied=SCALES, engine=engine, **SETTING) for engine in ("casadi", "native")]
+    by_machine = [
+        gs.fly_many(law, STARTS, varied=SCALES, machine=machine, **SETTING) for machine in ("casadi", "native")
+    ]
     for name in TOLD:
         np.testing.assert_allclose(by_machine[0][name], by_machine[1][name], rtol=1e-9)
 
 
 def test_a_flight_among_others_is_the_flight_alone_to_the_last_bit() -> None:
-    law, setting = quadrotor(), SETTING | {"engine": "native"}
+    law, setting = quadrotor(), SETTING | {"machine": "native"}
     together = gs.fly_many(law, STARTS, varied=SCALES, **setting)
     alone = gs.fly_many(
         law, STARTS[2:], varied={name: values[2:] for name, values in SCALES.items()}, flights=[2], **setting

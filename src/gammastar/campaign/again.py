@@ -38,7 +38,7 @@ def flown_again(store: Store, mission: Mission, number: int) -> Again:
     case = next(setting.cases(numbers, setting.sample(numbers)))
     if isinstance(case.mission, GammastarError):
         raise InputError(f"flight {number} must be one that began (got one that was refused: {case.mission})")
-    alone = {"engine": manifest.machine, "workers": 1}
+    alone = {"machine": manifest.machine, "workers": 1}
     _, result = next(flown(case, case.starts(), alone | {"record": (0,)}))
     if not isinstance(result, Flights):
         raise InputError(f"flight {number} must be one that began (got one that was refused: {result})") from result

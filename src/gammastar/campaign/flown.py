@@ -52,7 +52,7 @@ def rows(
         else:
             places = case.starts()
             _fill(begun, case.places, places.columns())
-            for chosen, result in flown(case, places, {"engine": machine, "workers": workers, "progress": tell}):
+            for chosen, result in flown(case, places, {"machine": machine, "workers": workers, "progress": tell}):
                 if isinstance(result, Flights):
                     _fill(told, case.places[chosen], result.columns)
                     steps += _steps(result)

@@ -170,7 +170,7 @@ def resolved(setting: Setting, machine: str) -> str:
         scales["wind"] = np.zeros((count, 3))
     given: dict[str, Any] = {"varied": scales, "duration": mission.interval}
     try:
-        mission.fly_many([mission.start()] * count, engine="native" if machine == "auto" else machine, **given)
+        mission.fly_many([mission.start()] * count, machine="native" if machine == "auto" else machine, **given)
         return "native" if machine == "auto" else machine
     except CompilerError as error:
         if machine != "auto":

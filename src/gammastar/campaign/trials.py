@@ -39,7 +39,7 @@ class Trials:
     mission: Mission
     numbers: range
     seed: int
-    engine: str = "auto"
+    machine: str = "auto"
     workers: int | None = None
 
     def __post_init__(self) -> None:
@@ -76,7 +76,7 @@ class Trials:
                 varied={name: np.concatenate([values] * tried) for name, values in batch.varied.items()},
                 flights=np.tile(batch.numbers, tried).tolist(),
                 seed=self.seed,
-                engine=self.engine,
+                machine=self.machine,
                 workers=self.workers,
                 progress=None if progress is None else told,
             )

@@ -34,7 +34,7 @@ def tune(
     failure: float = FAILURE,
     only: Sequence[str] = (),
     seed: int | None = None,
-    engine: str = "auto",
+    machine: str = "auto",
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -51,7 +51,7 @@ def tune(
         failure: What a flight that ends early counts in every term, in means of the mission's own tuning.
         only: Names of what is tuned, or of chains; everything when left out.
         seed: Of the campaign, the flights and the search; that of the mission when left out.
-        engine: As for `gs.fly_many`.
+        machine: As for `gs.fly_many`.
         workers: As for `gs.fly_many`.
         progress: Called with (flights done, flights in all).
 
@@ -61,7 +61,7 @@ def tune(
     """
     weights = {} if cost is None else {"weights": cost}
     judged = Cost(**weights, limits=limits or {}, failure=failure)
-    tuner = Tuner(mission, flights, evaluations, judged, only, seed, engine, workers)
+    tuner = Tuner(mission, flights, evaluations, judged, only, seed, machine, workers)
     tuner.run(progress)
     return tuner.tuned(progress)
 
@@ -77,7 +77,7 @@ class Tuner:
         cost: Cost | None = None,
         only: Sequence[str] = (),
         seed: int | None = None,
-        engine: str = "auto",
+        machine: str = "auto",
         workers: int | None = None,
     ) -> None:
         instance(mission, Mission, "mission", "load one with gs.load_mission(name)")
@@ -96,7 +96,7 @@ class Tuner:
         across = ("transverse",) if mission.law().path.components == 3 else ("transverse", "transverse_2")
         self.space = Space(mission.law(), pilot.interval, (*across, along, "yaw"), tuple(only))
         seen, unseen = flights_of(mission, count)
-        self.seen = Trials(mission, seen, self.seed, engine, workers)
+        self.seen = Trials(mission, seen, self.seed, machine, workers)
         self.unseen = None if unseen is None else dataclasses.replace(self.seen, numbers=unseen)
         self.judge: Judge | None = None  # once the mission's own tuning has been flown
         self.tried: list[tuple[Candidate, Means]] = []  # the mission's own tuning first

@@ -39,7 +39,7 @@ class Flights(Mapping[str, np.ndarray]):
     flown: np.ndarray  # places of those that started
     firsts: np.ndarray  # (m, flown) states of the loop at their starts
     final: np.ndarray  # (1 + k, n) numbers of the statuses, and the measures at the end
-    engine: str
+    machine: str
     varied: tuple[str, ...] = ()  # names of what differs beside the starts
     parameters: np.ndarray = field(
         default_factory=lambda: np.empty((0, 0))
@@ -126,7 +126,7 @@ class Flights(Mapping[str, np.ndarray]):
         shown = self._alone(loop, place) if self.varied else loop
         task = dataclasses.replace(self.task, law=loop.law)
         given = task, self.starts[place], shown, first, self.steps, phases, chance
-        return recorded(*given, machine=self.engine, family=Family(loop.step(), self.parameters[:, place]))
+        return recorded(*given, machine=self.machine, family=Family(loop.step(), self.parameters[:, place]))
 
     def _alone(self, loop: ClosedLoop | AutopilotLoop, place: int) -> ClosedLoop | AutopilotLoop:
         """Return the loop of a flight around the vehicle that really flew, to tell of it: it was flown as one of a family."""

@@ -50,7 +50,7 @@ def fly_many(
     heading: Heading | None = None,
     settled_within: float = 1e-3,
     varied: Mapping[str, ArrayLike] | None = None,
-    engine: str = "auto",
+    machine: str = "auto",
     workers: int | None = None,
     record: Iterable[int] = (),
     progress: Callable[[int, int], None] | None = None,
@@ -68,7 +68,7 @@ def fly_many(
         varied: What differs from flight to flight in what really flies, (flights,) by name: `mass_scale`, `inertia_scale`, also
             (flights, 3) for the body axes, `thrust_scale` of the rotors, `force_scale` of all forces but buoyancy, and `wind`
             (flights, 3) [m/s], world, on top of the mean of that of the argument; gusts turn with it.
-        engine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
+        machine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
             'auto' is native where a compiler answers.
         workers: Threads; one for every processor when left out.
         record: Places in the result of flights that are to be recorded whole as well; `Flights.record` does so later.
@@ -113,7 +113,7 @@ def fly_many(
             seed=seed,
             flights=numbers[flown],
             parameters=given,
-            machine=engine,
+            machine=machine,
             workers=workers,
             progress=None if progress is None else lambda done: progress(done, total),
         )
@@ -128,7 +128,7 @@ def fly_many(
         flown,
         firsts,
         final,
-        engine,
+        machine,
         tuple(variation),
         parameters,
     )
