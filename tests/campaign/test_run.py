@@ -259,7 +259,7 @@ def test_what_cannot_be_flown_again_says_why(mission: Mission, expected: gs.Camp
 def scheduler() -> Iterator[Any]:
     """A scheduler in this process, without workers."""
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as cluster:
         yield cluster
 
 
