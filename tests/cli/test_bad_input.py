@@ -210,7 +210,7 @@ COMMANDS = {
     "set a date": (["show", "upright", "--set", "flight.duration=2026-01-01"], ("[flight] duration", "number")),
     "unknown verb": (["fyl"], ("fyl", "--help")),
     "unknown option": (["fly", "upright", "--loud"], ("--loud", "--help")),
-    "no mission": (["fly"], ("MISSION", "--help")),
+    "no mission": (["fly"], ("MISSION", "gammastar missions")),
     "huge duration": (["fly", "upright", "--set", "flight.duration=1e12"], ("rows", "shorten")),
     "two missions": (["fly", "upright", "loop"], ("loop", "--help")),
     "option without a value": (["fly", "upright", "--out"], ("--out", "--help")),
