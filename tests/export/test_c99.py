@@ -41,6 +41,15 @@ def test_every_mission_compiles_without_a_warning_and_passes_its_self_test(name:
     assert "passed" in made(tmp_path, "check", FAST)
 
 
+@pytest.mark.parametrize("real", ["float32", "float64"])
+@pytest.mark.parametrize("name", ["upright", "waypoints", "quadrotor"])
+def test_no_function_is_written_that_nothing_calls(name: str, real: str) -> None:
+    """Clang warns of them where gcc does not."""
+    for file, text in sources(exported(name, real)).items():
+        for function in re.findall(r"^static (?:inline )?\w+ (\w+)\(", text, re.MULTILINE):
+            assert len(re.findall(rf"\b{function}\b", text)) > 1, (file, function)
+
+
 def test_a_self_test_fails_where_the_code_is_wrong(tmp_path: Path) -> None:
     files = files_of(exported("upright"), "c99", 0.1)
     wrong, count = re.subn(r"y1\[1\] = (v\d+);", r"y1[1] = \1 + 1e-9;", files["upright.c"])

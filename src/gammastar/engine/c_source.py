@@ -94,7 +94,7 @@ def _head(operations: Iterable[str], real: str, lanes: int, body: str) -> str:
         circular = real == "float" and not CIRCULAR.isdisjoint(names)
         library = [name for name in names if name in LIBRARY and not (circular and name in CIRCULAR)]
         taken = [f"#define real_{name} {name}{suffix}" for name in library]
-        own = _taken(part("scalar.h"), body) + part("circular.h") * circular
+        own = _taken(part("scalar.h"), body) + _taken(part("circular.h"), body) * circular
         return "\n".join([f"typedef {real} real;", own + "\n".join([*taken, "", ""])])
     head = [f"#define LANES {lanes}", "typedef double real __attribute__((vector_size(8 * LANES)));", part("lanes.h")]
     missing = [name for name in names if name in LIBRARY and name not in IN_LANES]
