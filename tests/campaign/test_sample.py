@@ -9,16 +9,14 @@ from scipy import stats
 from gammastar import so3
 from gammastar.campaign.sample import sampled
 from gammastar.errors import InputError
+from gammastar.mission.attitudes import About, AnyAttitude, Tilted
 from gammastar.mission.distributions import (
-    About,
     AlongPath,
-    AnyAttitude,
     Ball,
     Choice,
     Grid,
     LogUniform,
     Normal,
-    Tilted,
     Uniform,
 )
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gammastar.errors import GammastarError, InputError, MissionError, UnknownNameError
-from gammastar.mission import load, names, parse, value
+from gammastar.mission import load, names, parse, titles, value
 from gammastar.mission.load import LARGEST_FILE
 
 
@@ -82,3 +82,9 @@ def test_whatever_is_set_is_taken_or_refused_in_one_sentence(key: str, text: str
         message = str(error)
     assert "\n" not in message
     assert len(message) < 400
+
+
+def test_titles_are_those_of_the_missions() -> None:
+    found = titles()
+    assert list(found) == names()
+    assert found["upside-down"] == load("upside-down").title

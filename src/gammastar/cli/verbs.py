@@ -317,7 +317,7 @@ def tune(
 @app.command()
 def missions(as_json: AsJson = False) -> None:
     """List the built-in missions."""
-    output.missions({name: mission.load(name).title for name in mission.names()}, as_json)
+    output.missions(mission.titles(), as_json)
 
 
 @app.command()

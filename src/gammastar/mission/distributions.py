@@ -13,8 +13,9 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, direction, magnitude, number, shape_of, shortened
+from gammastar.checks import array, magnitude, number, shape_of, shortened
 from gammastar.errors import InputError, ShapeError
+from gammastar.mission.attitudes import About, AnyAttitude, Tilted
 
 LEAST_LEFT = 1e-12  # of a normal distribution that its cut may leave
 
@@ -185,71 +186,6 @@ class AlongPath:
 
 
 @dataclass(frozen=True, eq=False)
-class AnyAttitude:
-    """Uniform on SO(3), by Haar's measure.
-
-    Source: K. Shoemake, Uniform random rotations, Graphics Gems III, 1992.
-    """
-
-    size: ClassVar[int] = 3
-    shape: ClassVar[tuple[int, ...]] = (3, 3)
-
-    def values(self, uniforms: np.ndarray) -> np.ndarray:
-        """Return rotations (n, 3, 3) for uniform numbers (n, 3)."""
-        first, second = np.sqrt(1 - uniforms[:, 0]), np.sqrt(uniforms[:, 0])
-        a, b = 2 * np.pi * uniforms[:, 1], 2 * np.pi * uniforms[:, 2]
-        x, y, z, w = first * np.sin(a), first * np.cos(a), second * np.sin(b), second * np.cos(b)
-        rows = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-        return np.moveaxis(np.array(rows), -1, 0)
-
-
-@dataclass(frozen=True, eq=False)
-class Tilted:
-    """A uniform heading, then tilted by a uniform angle about a horizontal axis of uniform direction."""
-
-    low: float = 0.0  # [deg] of tilt
-    high: float = 180.0  # [deg]
-
-    def __post_init__(self) -> None:
-        _set_angles(self, 0.0, 180.0)
-
-    size: ClassVar[int] = 3
-    shape: ClassVar[tuple[int, ...]] = (3, 3)
-
-    def values(self, uniforms: np.ndarray) -> np.ndarray:
-        """Return rotations (n, 3, 3) for uniform numbers (n, 3)."""
-        tilt = np.radians(self.low + (self.high - self.low) * uniforms[:, 0])
-        axis, heading = 2 * np.pi * uniforms[:, 1], 2 * np.pi * uniforms[:, 2]
-        zeros = np.zeros(len(tilt))
-        tilted = _turned(np.stack([tilt * np.cos(axis), tilt * np.sin(axis), zeros], 1))
-        return np.asarray(tilted @ _turned(np.stack([zeros, zeros, heading], 1)))
-
-
-@dataclass(frozen=True, eq=False)
-class About:
-    """Turned about one axis by a uniform angle, from level with the nose along the first axis."""
-
-    axis: ArrayLike = (1.0, 0.0, 0.0)
-    low: float = -180.0  # [deg]
-    high: float = 180.0  # [deg]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", direction(self.axis, "axis"))
-        _set_angles(self, -360.0, 360.0)
-
-    size: ClassVar[int] = 1
-    shape: ClassVar[tuple[int, ...]] = (3, 3)
-
-    def values(self, uniforms: np.ndarray) -> np.ndarray:
-        """Return rotations (n, 3, 3) for uniform numbers (n, 1)."""
-        return _turned(np.radians(self.low + (self.high - self.low) * uniforms) * np.asarray(self.axis))
-
-
-@dataclass(frozen=True, eq=False)
 class Choice:
     """One of some values, each with its probability: numbers, or what a mission has in its place."""
 
@@ -313,28 +249,11 @@ def _set(distribution: Any, first: str, second: str, vectors: bool = True) -> No
         object.__setattr__(distribution, name, checked)
 
 
-def _set_angles(distribution: Any, least: float, most: float) -> None:
-    low, high = number(distribution.low, "low [deg]"), number(distribution.high, "high [deg]")
-    if not least <= low < high <= most:
-        raise InputError(
-            f"low must be below high and both between {least:g} and {most:g} deg (got {low:g} and {high:g}); correct them"
-        )
-    object.__setattr__(distribution, "low", low)
-    object.__setattr__(distribution, "high", high)
-
-
 def _directions(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return uniform unit vectors (n, 3) for uniform numbers (n,) each: heights on a sphere are uniform (Archimedes)."""
     height, angle = 2 * first - 1, 2 * np.pi * second
     across = np.sqrt(1 - height**2)
     return np.stack([across * np.cos(angle), across * np.sin(angle), height], axis=1)
-
-
-def _turned(vectors: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) by rotation vectors (n, 3) [rad]."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
 
 
 KINDS: dict[str, type[Any]] = {

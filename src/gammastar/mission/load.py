@@ -12,7 +12,7 @@ from typing import Any
 
 from gammastar.errors import MissionError, UnknownNameError
 from gammastar.mission.complaint import shown, within
-from gammastar.mission.mission import Mission
+from gammastar.mission.mission import Mission, read
 
 LARGEST_FILE = 10_000_000  # [bytes]; a mission has a few thousand, or thirty for each waypoint
 BARE_POINT = re.compile(r"[+-]?(\d+\.|\.\d+)")  # of a number that TOML wants a digit on both sides of
@@ -21,6 +21,11 @@ BARE_POINT = re.compile(r"[+-]?(\d+\.|\.\d+)")  # of a number that TOML wants a 
 def names() -> list[str]:
     """Return the names of the missions that come with gammastar."""
     return sorted(file.name.removesuffix(".toml") for file in _shelf().iterdir() if file.name.endswith(".toml"))
+
+
+def titles() -> dict[str, str]:
+    """Return the titles of the missions that come with gammastar, by name; none of them is built for it."""
+    return {name: read(_tables(_built_in(name))).title for name in names()}
 
 
 def load(name_or_path: str | os.PathLike[str]) -> Mission:
@@ -34,7 +39,7 @@ def load(name_or_path: str | os.PathLike[str]) -> Mission:
     if not isinstance(name_or_path, (str, os.PathLike)):
         raise MissionError(f"a mission must be a name or the path of a file (got {shown(name_or_path)}); give its name")
     if isinstance(name_or_path, str) and name_or_path in names():
-        return parse((_shelf() / f"{name_or_path}.toml").read_text(encoding="utf-8"))
+        return parse(_built_in(name_or_path))
     path = Path(name_or_path)
     looks_like_a_name = isinstance(name_or_path, str) and path.suffix != ".toml" and len(path.parts) == 1
     if looks_like_a_name and not os.path.exists(path):
@@ -57,6 +62,10 @@ def value(text: str) -> Any:
     except MissionError:
         return text
     return tables["value"] if set(tables) == {"value"} else text
+
+
+def _built_in(name: str) -> str:
+    return str((_shelf() / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _tables(text: str) -> dict[str, Any]:
