@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 import gammastar
 from gammastar.cli import main
@@ -316,3 +317,13 @@ def test_a_terminal_shows_progress_and_a_pipe_does_not(
         assert count is not None
         count("a result")
     assert capsys.readouterr().out == ""
+
+
+def test_no_help_has_words_in_brackets_which_would_be_taken_for_markup() -> None:
+    from gammastar.cli.verbs import app
+
+    verbs = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    assert {"fly", "campaign", "study", "tune", "export"} <= set(verbs)
+    for name, verb in verbs.items():
+        for text in [verb.help, *(parameter.help for parameter in verb.params if hasattr(parameter, "help"))]:
+            assert not re.search(r"\[[a-z]", text or ""), (name, text)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from gammastar import __version__, mission
-from gammastar.campaign.cost import DEFAULT_WEIGHTS, FAILURE, Cost
-from gammastar.campaign.tune import EVALUATIONS, FLIGHTS, Tuner
-from gammastar.cli import output, process
-from gammastar.cli.process import Interrupted, is_interrupt, note
+from gammastar.cli import campaigns, output
+from gammastar.cli.arguments import AsJson, Changes, MissionName, chosen_mission
+from gammastar.cli.process import note
 from gammastar.errors import InputError, MissionError, PathError
-from gammastar.mission.complaint import shown
-
-DEEPEST_KEY = 8  # levels of a dotted key; missions have three
 
 app = typer.Typer(
     add_completion=False,
@@ -24,19 +20,6 @@ app = typer.Typer(
     help="Fly underactuated vehicles along smooth curves exactly, from any attitude.",
     epilog="Exit codes: 0 done, 1 not flyable, ended early or a claim failed, 2 input that cannot be used, 130 interrupted.",
 )
-
-MissionName = Annotated[
-    str, typer.Argument(metavar="MISSION", help="A built-in name (see: gammastar missions) or a TOML file.")
-]
-Changes = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a value, such as path.radius=2 or start.position=[0,1,2]; repeatable.",
-    ),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -82,7 +65,7 @@ def fly(
         )
     if name is None and not again:
         raise InputError("fly must have a MISSION, or --from DIR and --flight K (got neither); see gammastar missions")
-    chosen = None if name is None else _mission(name, changes)
+    chosen = None if name is None else chosen_mission(name, changes)
     folder = None
     if out is not None:
         folder = chosen_folder(
@@ -125,47 +108,7 @@ def _again(source: str, number: int, folder: Path | None, as_json: bool, figures
     return 0 if found.record.completed else 1
 
 
-@app.command()
-def campaign(
-    name: MissionName,
-    flights: Annotated[
-        int, typer.Option(metavar="N", help="How many; those that are there count.", show_default=False)
-    ],
-    out: Annotated[
-        str, typer.Option(metavar="DIR", help="A new folder, or that of this campaign, to go on.", show_default=False)
-    ],
-    seed: Annotated[
-        int | None, typer.Option(help="Of what is drawn and of all noise; that of [flight] if left out.")
-    ] = None,
-    workers: Annotated[int | None, typer.Option(help="Threads; one for every processor if left out.")] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler, whose workers fly in place of this process."),
-    ] = None,
-    machine: Annotated[
-        str, typer.Option(metavar="auto|native|casadi", help="What flies: compiled, or without.")
-    ] = "auto",
-    changes: Changes = None,
-    as_json: AsJson = False,
-) -> None:
-    """Fly a mission with [campaign] many times and write a row a flight; what was interrupted goes on."""
-    from gammastar.campaign.run import campaign as run
-    from gammastar.report.place import chosen_folder
-
-    folder = chosen_folder(out, [])
-    chosen = _mission(name, changes)
-    try:
-        with output.flights() as progress:
-            flown = run(
-                chosen, flights, folder, seed=seed, workers=workers, cluster=cluster, machine=machine, progress=progress
-            )
-    except BaseException as error:
-        if not is_interrupt(error):
-            raise
-        raise Interrupted(
-            f"interrupted; start the same command again to go on: flights that are in {folder} are kept"
-        ) from error
-    output.campaign({"mission": chosen.title, **flown.facts(), "out": str(folder)}, as_json)
+app.command()(campaigns.campaign)
 
 
 @app.command()
@@ -185,7 +128,7 @@ def check(
 
     target = None if out is None else report.chosen_target(out)
     try:
-        chosen = _mission(name, changes)
+        chosen = chosen_mission(name, changes)
         with output.progress("certifying"):
             certificates = chosen.certificates()
     except PathError as error:
@@ -208,7 +151,7 @@ def export(
     real: Annotated[
         str | None,
         typer.Option(
-            metavar="float32|float64", help="The type of its numbers; float32, unless [controller] says another."
+            metavar="float32|float64", help="The type of its numbers; float32, unless the mission says another."
         ),
     ] = None,
     changes: Changes = None,
@@ -220,7 +163,7 @@ def export(
     from gammastar.export.targets import differences, files_of
 
     folder = place.chosen_folder(out)
-    chosen = _mission(name, changes)
+    chosen = chosen_mission(name, changes)
     made = chosen.program(c_name(Path(name).stem), real, __version__)
     files = files_of(made, target, chosen.file.flight.duration)
     facts = place.facts_of(made, target, files) | differences(target)
@@ -228,90 +171,8 @@ def export(
     output.export(facts, folder, as_json)
 
 
-@app.command()
-def study(
-    campaign: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a campaign; it may still be flying.")],
-    by: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="Tell success by this, such as truth.mass_scale or start.position; repeatable. All that varies, if left out.",
-        ),
-    ] = None,
-    bins: Annotated[int, typer.Option(help="Into how many parts a quantity is divided, at most.")] = 10,
-    out: Annotated[
-        str | None, typer.Option(metavar="DIR", help="Write a page, its numbers and its figures there.")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Tell what a campaign teaches: how often flights succeed, by what varies, what they take and why others fail."""
-    from gammastar.campaign.findings import findings
-    from gammastar.campaign.store import Store
-    from gammastar.campaign.study import Study
-    from gammastar.report import study as report
-    from gammastar.report.place import chosen_folder
-    from gammastar.report.study_tables import as_text
-
-    folder = None if out is None else chosen_folder(out, [report.DATA, report.INDEX])
-    asked = Study(Store.read(campaign))
-    with output.progress("reading"):
-        found = findings(asked, by or (), bins)
-    files = []
-    if folder is not None:
-        from gammastar.campaign.pictures import pictures
-
-        with output.progress("drawing"):
-            files = report.write(folder, found, pictures(asked, list(found["by"]), bins))
-    output.study(found, as_text(found, whole=bool(by)), files, as_json)
-
-
-@app.command()
-def tune(
-    name: MissionName,
-    flights: Annotated[int, typer.Option(metavar="N", help="Flights of each tuning; as many others judge.")] = FLIGHTS,
-    evaluations: Annotated[int, typer.Option(metavar="M", help="Tunings that are flown.")] = EVALUATIONS,
-    cost: Annotated[
-        list[str] | None,
-        typer.Option(metavar="TERM=WEIGHT", help="A term of the cost, such as settling_time_s=1; repeatable."),
-    ] = None,
-    limit: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TERM[=MOST]", help="The largest mean of a term; TERM alone: that of the mission; repeatable."
-        ),
-    ] = None,
-    failure: Annotated[float, typer.Option(help="What a failed flight counts, in the mission's own means.")] = FAILURE,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="What is tuned, such as transverse or observer.force; repeatable."),
-    ] = None,
-    out: Annotated[str | None, typer.Option(metavar="FILE", help="Write the tuned mission there, as TOML.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of flights and search; that of the mission if not given.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Threads; one for every processor if not given.")] = None,
-    machine: Annotated[str, typer.Option(metavar="auto|native|casadi", help="What flies.")] = "auto",
-    changes: Changes = None,
-    as_json: AsJson = False,
-) -> int:
-    """Search the poles, observers and approach speed that cost least over a mission's campaign."""
-    from gammastar.cli import tuning
-    from gammastar.report.place import chosen_file, written
-
-    weights = tuning.weights(cost) or DEFAULT_WEIGHTS
-    limits = tuning.limits(limit)
-    source = None if name in mission.names() else Path(name)
-    file = None if out is None else chosen_file(out, ".toml", source)
-    chosen = _mission(name, changes)
-    judged = Cost(weights, limits, failure)
-    tuner = Tuner(chosen, flights, evaluations, judged, only or (), seed, machine, workers)
-    with output.progress("tuning") as progress:
-        tuner.run(progress)
-        if tuner.is_interrupted:
-            process.answered()
-        found = tuner.tuned(progress)
-    if file is not None:
-        written(file, found.toml())
-    tuning.tuned(found.as_dict(), file, as_json)
-    return process.INTERRUPTED if tuner.is_interrupted else 0
+app.command()(campaigns.study)
+app.command()(campaigns.tune)
 
 
 @app.command()
@@ -341,7 +202,7 @@ def vehicles(
 @app.command()
 def show(name: MissionName, changes: Changes = None, as_json: AsJson = False) -> None:
     """Print a mission as TOML with every default written out; it can be flown again."""
-    chosen = _mission(name, changes)
+    chosen = chosen_mission(name, changes)
     if as_json:
         output.json_object(chosen.values())
     else:
@@ -373,24 +234,3 @@ def claims(as_json: AsJson = False) -> int:
         results = check(listed, count)
     output.claims([result.as_dict() for result in results], as_json)
     return 1 if any(result.verdict is Verdict.FAILED for result in results) else 0
-
-
-def _mission(name: str, changes: list[str] | None) -> mission.Mission:
-    """Return the mission of a name or file, with the values of every --set."""
-    values = dict(_change(each) for each in changes or [])
-    chosen = mission.load(name)
-    return chosen.with_values(values) if values else chosen
-
-
-def _change(words: str) -> tuple[str, Any]:
-    """Return key and value of one --set."""
-    key, sign, value = (part.strip() for part in words.partition("="))
-    if not sign or not key:
-        raise MissionError(
-            f"--set must have the form key=value (got {shown(words)}); write for example --set path.radius=2", key
-        )
-    if key.count(".") >= DEEPEST_KEY:
-        raise MissionError(
-            f"--set must name a key at most {DEEPEST_KEY} levels deep (got {shown(key)}); see gammastar show", key
-        )
-    return key, mission.value(value)
