@@ -115,7 +115,7 @@ class AutopilotLoop:
         """Return the function (stacked state, place, parameters) -> loop state at the start, without wind."""
         state, place = ca.SX.sym("state", STATE_SIZE), ca.SX.sym("place", 1 + self.law.path.data_size)
         parameters = parameters_of(self.varied, self.law)
-        loop = self.with_variation(graphs_of(self.varied, self.law, parameters)) if self.varied else self
+        loop = self.with_variation(graphs_of(self.varied, self.law, parameters))
         waiting = loop.guidance.waits_first(state, place)
         pilot = loop.autopilot.started(state[:MOTION], state[18], state[19], place[0], waiting)
         parts = loop.plant.start(state), place[0], loop.sensors.start(state, 1 / loop.interval), pilot
@@ -167,7 +167,7 @@ class AutopilotLoop:
         errors = self.sensors.drawn(column[0], draws, rate)
         air = self.wind.velocity(loop_state[cut:], variation.wind)
         inputs = loop_state[:cut], column[0] * self.interval, air, errors, rows
-        after, observation = self.with_variation(variation)._interval(*inputs) if self.varied else self.given()(*inputs)
+        after, observation = self.with_variation(variation)._interval(*inputs)
         wind = self.wind.advanced(loop_state[cut:], draws, rate)
         results = ca.cse([ca.densify(ca.vertcat(after, wind)), ca.densify(observation)])
         return ca.Function("core", [loop_state, parameters, column, rows], results)
