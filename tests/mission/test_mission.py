@@ -16,6 +16,7 @@ from gammastar.flight import SensorNoise
 from gammastar.flight.sensors import CHANNELS
 from gammastar.law.design import CHAINS, DEFAULT_POLES
 from gammastar.mission import Mission, load, names, parse, value
+from gammastar.mission.parts import Parts
 from gammastar.mission.paths import CATALOGUE
 from gammastar.mission.references import REFERENCES
 from gammastar.mission.sections import YAW_OUTPUTS
@@ -298,8 +299,10 @@ def test_noise_keeps_its_density_at_the_control_rate() -> None:
     noisy = mission(
         controller__feedback="start", controller__rate=100, noise__position={"deviation": 0.02, "rate": [4, 25, 100]}
     )
-    assert np.allclose(noisy._noise.position, [0.1, 0.04, 0.02], rtol=1e-15)
-    assert np.array_equal(noisy._noise.attitude, SensorNoise().attitude)
+    noise = Parts(noisy.file).noise
+    assert noise is not None
+    assert np.allclose(noise.position, [0.1, 0.04, 0.02], rtol=1e-15)
+    assert np.array_equal(noise.attitude, SensorNoise().attitude)
 
 
 def test_the_seed_decides_the_noise() -> None:
