@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +23,18 @@ def hummingbird() -> mission.Mission:
 
 def stored(folder: Path, columns: dict[str, np.ndarray], part: int = 2000, toml: str = "", lost: int = -1) -> Store:
     """Return a campaign of some columns, one of whose parts may be missing."""
-    pyarrow, _ = arrow()
     manifest = Manifest(toml, 0, len(columns["flight"]), part, "native", "1")
     store = Store.opened(folder, manifest)
-    for k in set(range(manifest.parts)) - {lost}:
-        chosen = manifest.numbers(k)
-        store.write(k, pyarrow.table({name: values[chosen.start : chosen.stop] for name, values in columns.items()}))
+    write(store, columns, set(range(manifest.parts)) - {lost})
     return store
+
+
+def write(store: Store, columns: dict[str, np.ndarray], parts: Iterable[int]) -> None:
+    """Write some parts of a campaign of some columns."""
+    pyarrow, _ = arrow()
+    for k in parts:
+        chosen = store.manifest.numbers(k)
+        store.write(k, pyarrow.table({name: values[chosen.start : chosen.stop] for name, values in columns.items()}))
 
 
 @functools.cache

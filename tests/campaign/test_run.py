@@ -119,7 +119,10 @@ def test_an_interrupted_run_goes_on_to_the_same_rows(mission: Mission, expected:
 def test_a_killed_process_leaves_what_goes_on_to_the_same_rows(
     mission: Mission, expected: gs.Campaign, tmp_path: Path
 ) -> None:
-    """SIGKILL, while the second part is in work; what it left half written is not read, and goes away."""
+    """SIGKILL, while the second part is in work; what it left half written is not read, and goes away.
+
+    While it lives no other run writes there; its lock goes with it.
+    """
     file, out = tmp_path / "mission.toml", tmp_path / "out"
     file.write_text(mission.source(), encoding="utf-8")
     code = f"""
@@ -133,6 +136,9 @@ gs.campaign(mission, {FLIGHTS}, {str(out)!r}, part={PART}, machine="casadi", see
     process = subprocess.Popen([sys.executable, "-c", code], env=ENVIRONMENT)
     try:
         until(lambda: (out / "parts" / "00000000.parquet").exists())
+        with pytest.raises(CampaignError, match="being written by another run"):
+            flown(mission, out)
+        assert gs.Campaign.read(out).study().rate().flights == PART
     finally:
         process.kill()
         process.wait()

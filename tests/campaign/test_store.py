@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from gammastar.campaign.lock import LOCK
 from gammastar.campaign.store import MANIFEST, Manifest, Store, arrow
 from gammastar.errors import CampaignError
 
@@ -89,6 +90,61 @@ def test_a_part_that_cannot_be_read_is_flown_again(tmp_path: Path) -> None:
     store = filled(tmp_path, [0, 1, 2])
     store.path(1).write_bytes(store.path(1).read_bytes()[:-9])
     assert store.missing() == [1]
+
+
+def test_a_part_of_another_campaign_or_place_counts_as_missing(tmp_path: Path) -> None:
+    """Copied there by hand: from another place, from another seed, and a table that no campaign wrote."""
+    store = filled(tmp_path / "out", [0, 1, 2])
+    other = filled(tmp_path / "other", [2], dataclasses.replace(GIVEN, seed=2))
+    store.path(1).write_bytes(store.path(0).read_bytes())
+    assert store.missing() == [1]
+    store.path(2).write_bytes(other.path(2).read_bytes())
+    assert store.missing() == [1, 2]
+    parquet.write_table(rows(store, 0), store.path(0))
+    assert store.missing() == [0, 1, 2]
+    with pytest.raises(CampaignError, match="must hold flights"):
+        store.dataset()
+
+
+def test_other_files_beside_the_parts_are_left_alone(tmp_path: Path) -> None:
+    store = filled(tmp_path, [0, 1, 2])
+    for name in ("notes.txt", "mine.parquet", "00000009.parquet", "\N{SUPERSCRIPT TWO}.parquet"):
+        (tmp_path / "parts" / name).write_text("mine")
+    assert list(store.held()) == [0, 1, 2]
+    Store.opened(tmp_path, GIVEN)
+    assert len(list((tmp_path / "parts").iterdir())) == 7
+
+
+def test_a_run_that_was_killed_before_its_manifest_goes_on(tmp_path: Path) -> None:
+    (tmp_path / LOCK).touch()
+    (tmp_path / ".draft-manifest.json").write_text("{")
+    with Store.writing(tmp_path, GIVEN) as store:
+        assert store.missing() == [0, 1, 2]
+
+
+def test_one_run_writes_at_a_time_and_others_read(tmp_path: Path) -> None:
+    place = tmp_path / "out"
+    with Store.writing(place, GIVEN) as store:
+        store.write(0, rows(store, 0))
+        (place / "parts" / ".draft-00000001.parquet").write_text("half")
+        with pytest.raises(CampaignError, match="being written by another run"), Store.writing(place, GIVEN):
+            raise AssertionError("not reached")
+        assert (place / "parts" / ".draft-00000001.parquet").read_text() == "half"
+        assert Store.read(place).dataset().count_rows() == 10
+    with Store.writing(place, GIVEN) as store:
+        assert store.missing() == [1, 2]
+    with (
+        pytest.raises(CampaignError, match="another mission"),
+        Store.writing(place, dataclasses.replace(GIVEN, mission="")),
+    ):
+        raise AssertionError("not reached")
+
+
+def test_a_place_that_is_refused_is_left_as_it_was(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(CampaignError, match="other files"), Store.writing(tmp_path, GIVEN):
+        raise AssertionError("not reached")
+    assert [each.name for each in tmp_path.iterdir()] == ["notes.txt"]
 
 
 def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from campaign.rows import stored
+from campaign.rows import stored, write
 from gammastar.campaign.rate import percent, wilson
 from gammastar.campaign.store import Manifest, Store
 from gammastar.campaign.study import Study
@@ -54,6 +55,41 @@ def test_no_flights_say_nothing() -> None:
 
 def test_the_rate_is_counted(study: Study, data: dict[str, np.ndarray]) -> None:
     assert study.rate()[:2] == (COUNT, data["settled"].sum())
+
+
+def test_all_questions_are_about_the_same_flights(data: dict[str, np.ndarray], tmp_path: Path) -> None:
+    """A campaign goes on while it is studied: parts come, and short ones, where it has ended twice before, become longer."""
+    store = stored(tmp_path, {name: values[:500] for name, values in data.items()}, part=1000)
+    for flights, parts in ((2500, (2, 1)), (4000, (3,))):
+        store = Store.opened(tmp_path, dataclasses.replace(store.manifest, flights=flights))
+        write(store, data, parts)
+    assert store.held() == {0: 500, 1: 1000, 2: 500, 3: 1000}
+    study = Study(store)
+    assert study.rate().flights == 3000
+    store = Store.opened(tmp_path, dataclasses.replace(store.manifest, flights=COUNT))
+    write(store, data, store.missing())
+    assert Study(store).rate().flights == COUNT
+    assert study.rate().flights == sum(each.rate.flights for each in study.by("path.radius")) == 3000
+    assert study.over("start_tilt_deg", "truth.mass_scale", (3, 4)).flights.sum() == 3000
+    assert study.asked("SELECT max(flight) FROM flights") == [(3999,)]
+    assert Study(Store(tmp_path, dataclasses.replace(store.manifest, flights=700))).rate().flights == 700
+
+
+@pytest.mark.parametrize("name", ["a b", "ü%20'q\"", "x[1]", "x*y", "w?z", "#{a,b}"])
+def test_a_folder_may_have_any_name(name: str, data: dict[str, np.ndarray], tmp_path: Path) -> None:
+    """The database takes some letters of a file's name for others."""
+    few = {key: values[:10] for key, values in data.items()}
+    stored(tmp_path / "xzy", few, part=5)
+    study = Study(stored(tmp_path / name, few, part=5))
+    assert study.rate().flights == study.store.dataset().count_rows() == 10
+
+
+def test_a_folder_may_be_named_from_where_one_stands(
+    data: dict[str, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    few = {key: values[:10] for key, values in data.items()}
+    assert Study(stored(Path("~"), few, part=5)).rate().flights == 10
 
 
 def test_causes_are_ranked(study: Study, data: dict[str, np.ndarray]) -> None:

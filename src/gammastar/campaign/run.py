@@ -153,8 +153,9 @@ def campaign(
     with here(threads) if cluster is None else cluster_of(cluster, threads) as fly:
         flying = resolved(setting, machine if held is None or machine != "auto" else held.machine)
         size = size or (PART if held is None else held.part)
-        store = Store.opened(folder, Manifest(source, setting.seed, count, size, flying, VERSION))
-        return Campaign(store, _filled(store, setting, fly, progress))
+        manifest = Manifest(source, setting.seed, count, size, flying, VERSION)
+        with Store.writing(folder, manifest) as store:
+            return Campaign(store, _filled(store, setting, fly, progress))
 
 
 def resolved(setting: Setting, machine: str) -> str:

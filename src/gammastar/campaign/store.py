@@ -3,26 +3,29 @@
     DIR/manifest.json        mission, seed, version, flights in all and in a part
     DIR/parts/00000000.parquet   the rows of the first flights, and so on
 
-A part that is there is complete: it was written under another name and renamed.  So an interrupted campaign goes on with the parts that are
-missing, and what it ends with is what it would have been without the interruption.
+A part that is there is complete: it was written under another name and renamed.  It carries the mark of its campaign and its place, so
+what was put there by hand, or by another campaign, counts as missing.  An interrupted campaign goes on with the parts that are missing, and
+what it ends with is what it would have been without the interruption.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gammastar.campaign.lock import LOCK, alone
 from gammastar.errors import CampaignError, MissingExtraError
 
 FORMAT = 1  # of the folder
 MANIFEST, PARTS, DRAFT = "manifest.json", "parts", ".draft-"
+MARK = b"campaign"  # key of a part's metadata
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,11 @@ class Manifest:
         """Return the numbers of the flights in a part."""
         return range(part * self.part, min((part + 1) * self.part, self.flights))
 
+    def mark(self, part: int) -> bytes:
+        """Return what tells a part from those of other campaigns and from other parts; more flights change nothing in it."""
+        pinned = {name: value for name, value in dataclasses.asdict(self).items() if name != "flights"}
+        return hashlib.sha256(json.dumps([pinned, part], sort_keys=True).encode()).hexdigest().encode()
+
 
 @dataclass(frozen=True)
 class Store:
@@ -55,35 +63,37 @@ class Store:
     manifest: Manifest
 
     @classmethod
+    @contextlib.contextmanager
+    def writing(cls, folder: Path, manifest: Manifest) -> Iterator[Store]:
+        """Yield the store of a new campaign, or of one that goes on, to which no other run writes meanwhile.
+
+        Raises:
+            CampaignError: The folder holds another campaign, or something else, or another run writes there.
+        """
+        _require_place(folder, manifest)  # before anything is made there
+        with contextlib.ExitStack() as stack:
+            with _told(folder):
+                folder.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(alone(folder))
+            yield cls.opened(folder, manifest)
+
+    @classmethod
     def opened(cls, folder: Path, manifest: Manifest) -> Store:
         """Return the store of a new campaign, or of one that goes on; more flights than before are taken as going on.
 
         Raises:
             CampaignError: The folder holds another campaign, or something else.
         """
-        if (folder / MANIFEST).exists():
-            held = cls.read(folder).manifest
-            if (what := _difference(held, manifest)) is not None:
-                raise CampaignError(
-                    f"{folder} must be an empty folder or one of this campaign (got one {what}); choose another one"
-                )
-            if held.flights > manifest.flights:
-                raise CampaignError(
-                    f"a campaign that goes on must have at least its {held.flights} flights (got {manifest.flights}); choose another folder"
-                )
-        elif folder.is_dir() and any(folder.iterdir()):
-            raise CampaignError(
-                f"{folder} must be an empty folder or one of this campaign (got other files); choose another one"
-            )
-        store = cls(folder, manifest)
+        _require_place(folder, manifest)
         with _told(folder):
-            (folder / PARTS).mkdir(parents=True, exist_ok=True)
-            for half in [*folder.glob(f"{DRAFT}*"), *(folder / PARTS).glob(f"{DRAFT}*")]:
-                half.unlink(missing_ok=True)  # of a run that was killed
+            folder.mkdir(parents=True, exist_ok=True)
             text = json.dumps(dataclasses.asdict(manifest), indent=2, sort_keys=True) + "\n"
             with _replacing(folder / MANIFEST) as draft:
                 draft.write_text(text, encoding="utf-8")
-        return store
+            (folder / PARTS).mkdir(exist_ok=True)
+            for half in (folder / PARTS).glob(f"{DRAFT}*"):
+                half.unlink()  # of a run that was killed
+        return cls(folder, manifest)
 
     @classmethod
     def read(cls, folder: Path) -> Store:
@@ -110,14 +120,21 @@ class Store:
             ) from error
 
     def path(self, part: int) -> Path:
-        """Return the file of a part."""
-        return self.folder / PARTS / f"{part:08d}.parquet"
+        """Return the file of a part, from the root on: libraries take a folder named ~ for another one."""
+        return self.folder.absolute() / PARTS / f"{part:08d}.parquet"
+
+    def held(self) -> dict[int, int]:
+        """Return how many of their flights those parts have that are there and can be read."""
+        _, parquet = arrow()
+        stems = [file.stem for file in (self.folder / PARTS).glob("*.parquet")]
+        parts = sorted(part for part in map(int, filter(str.isdecimal, stems)) if part < self.manifest.parts)
+        found = {part: self._rows(parquet, part) for part in parts}
+        return {part: min(count, len(self.manifest.numbers(part))) for part, count in found.items() if count}
 
     def missing(self) -> list[int]:
         """Return the parts that are still to be flown; a last one that has become longer is one of them."""
-        _, parquet = arrow()
-        wanted = {part: len(self.manifest.numbers(part)) for part in range(self.manifest.parts)}
-        return [part for part, count in wanted.items() if _rows(parquet, self.path(part)) != count]
+        held = self.held()
+        return [part for part in range(self.manifest.parts) if held.get(part) != len(self.manifest.numbers(part))]
 
     def write(self, part: int, table: Any) -> None:
         """Write the rows of a part, whole or not at all.
@@ -126,27 +143,35 @@ class Store:
             CampaignError: The folder cannot be written; what was there before is still there.
         """
         _, parquet = arrow()
+        marked = table.replace_schema_metadata({**(table.schema.metadata or {}), MARK: self.manifest.mark(part)})
         with _told(self.folder), _replacing(self.path(part)) as draft:
-            parquet.write_table(table, draft, compression="zstd")
+            parquet.write_table(marked, draft, compression="zstd")
 
-    def readable(self) -> list[Path]:
-        """Return the files of the parts that are there and can be read.
+    def readable(self) -> dict[int, int]:
+        """Return how many of their flights the parts have, as `held` does.
 
         Raises:
             CampaignError: There are none yet.
         """
-        _, parquet = arrow()
-        files = [file for part in range(self.manifest.parts) if _rows(parquet, file := self.path(part)) is not None]
-        if not files:
+        held = self.held()
+        if not held:
             raise CampaignError(f"{self.folder} must hold flights (got none yet); let the campaign go on first")
-        return files
+        return held
 
     def dataset(self) -> Any:
         """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces however large it is."""
-        files = self.readable()
+        files = [str(self.path(part)) for part in self.readable()]
         from pyarrow import dataset
 
-        return dataset.dataset([str(file) for file in files], format="parquet")
+        return dataset.dataset(files, format="parquet")
+
+    def _rows(self, parquet: Any, part: int) -> int | None:
+        """Return how many rows a part has; None where there is none that can be read, or another one."""
+        try:
+            about = parquet.read_metadata(self.path(part))
+        except (OSError, ValueError):  # pyarrow's own errors are both
+            return None
+        return int(about.num_rows) if (about.metadata or {}).get(MARK) == self.manifest.mark(part) else None
 
 
 def arrow() -> tuple[Any, Any]:
@@ -163,12 +188,22 @@ def arrow() -> tuple[Any, Any]:
     return pyarrow, pyarrow.parquet
 
 
-def _rows(parquet: Any, file: Path) -> int | None:
-    """Return how many rows a part has; None where there is none that can be read."""
-    try:
-        return int(parquet.read_metadata(file).num_rows)
-    except (OSError, ValueError):  # pyarrow's own errors are both
-        return None
+def _require_place(folder: Path, manifest: Manifest) -> None:
+    """Raise `CampaignError` unless a campaign can begin or go on in a folder."""
+    if (folder / MANIFEST).exists():
+        held = Store.read(folder).manifest
+        if (what := _difference(held, manifest)) is not None:
+            raise CampaignError(
+                f"{folder} must be an empty folder or one of this campaign (got one {what}); choose another one"
+            )
+        if held.flights > manifest.flights:
+            raise CampaignError(
+                f"a campaign that goes on must have at least its {held.flights} flights (got {manifest.flights}); choose another folder"
+            )
+    elif folder.is_dir() and any(not each.name.startswith((LOCK, DRAFT)) for each in folder.iterdir()):
+        raise CampaignError(
+            f"{folder} must be an empty folder or one of this campaign (got other files); choose another one"
+        )
 
 
 def _difference(held: Manifest, wanted: Manifest) -> str | None:
@@ -186,11 +221,11 @@ def _difference(held: Manifest, wanted: Manifest) -> str | None:
 @contextlib.contextmanager
 def _replacing(file: Path) -> Iterator[Path]:
     """Yield a draft that takes the place of a file when the block has ended well, and goes away otherwise."""
-    handle, name = tempfile.mkstemp(dir=file.parent, prefix=DRAFT)
-    os.close(handle)
-    draft = Path(name)
+    draft = file.with_name(f"{DRAFT}{file.name}")  # one run writes at a time
     try:
         yield draft
+        with draft.open("rb+") as written:
+            os.fsync(written.fileno())  # what cannot be kept is told here at the latest
         os.replace(draft, file)
     except BaseException:
         draft.unlink(missing_ok=True)

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import functools
 import itertools
+import re
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -44,17 +47,27 @@ class Study:
         except ImportError as error:
             raise MissingExtraError("duckdb", "campaign", "a study") from error
         connection = duckdb.connect(":memory:")
-        rows = connection.read_parquet([str(file) for file in self.store.readable()], union_by_name=True)
+        held = self.store.readable()
+        files = [_literally(self.store.path(part)) for part in held]
+        rows = connection.read_parquet(files, union_by_name=True)
         if lost := [name for name in NEEDED if name not in rows.columns]:
             raise CampaignError(
                 f"rows of a campaign must have the columns {', '.join(NEEDED)} (got none named {lost[0]} in {self.store.folder}); "
                 "name the folder of a campaign"
             )
+        rows = rows.filter(self._there(held))
         expression = ratio.thrust_to_weight(self.store.manifest.mission, rows.columns)
         if expression is not None:
             rows = rows.project(f"*, {expression} AS {THRUST_TO_WEIGHT}")
         rows.create_view("flights")
         return connection
+
+    def _there(self, held: Mapping[int, int]) -> str:
+        """Return the condition in SQL that a flight was there when its part was counted: a part that was short may become longer."""
+        parts = {part: self.store.manifest.numbers(part) for part in held}
+        short = [(parts[part], count) for part, count in held.items() if count < len(parts[part])]
+        later = [f"flight NOT BETWEEN {numbers[count]} AND {numbers[-1]}" for numbers, count in short]
+        return " AND ".join([f"flight < {self.store.manifest.flights}", *later])
 
     def asked(self, query: str, values: list[Any] | None = None) -> list[tuple[Any, ...]]:
         """Return what a query in SQL tells about the table `flights`, with values in place of its question marks."""
@@ -200,6 +213,11 @@ class Study:
         if numbers and column not in self.numbers:
             raise InputError(f"{column} must be a column of numbers (got {self.columns[column]}); choose another one")
         return '"' + column.replace('"', '""') + '"'
+
+
+def _literally(file: Path) -> str:
+    """Return a file as the database takes it, to which some letters stand for others."""
+    return re.sub(r"([*?\[])", r"[\1]", str(file))
 
 
 def _told(name: str) -> str:
