@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.stats import ttest_rel
 
 import gammastar as gs
 from gammastar.campaign import tune as module
@@ -53,7 +55,7 @@ def test_the_pole_of_a_known_optimum_is_found() -> None:
     assert np.real(found.candidate.poles["transverse"]) == pytest.approx([-best] * 4, rel=0.03)
     assert found.unseen[1]["settling_time_s"] == pytest.approx(settled / best, rel=0.03)
     assert found.unseen[1]["max_thrust_N"] == pytest.approx(MASS * (9.81 + curvature * best**2), rel=0.01)
-    assert not found.has_unseen
+    assert not found.other_flights
     assert "the mission's only flight" in found.message
 
 
@@ -89,7 +91,7 @@ def test_the_mission_that_is_written_flies_what_was_found() -> None:
     assert found.is_better
     own, best = (found.judge.cost.of(means) for means in found.unseen)
     assert found.improvement == own / best > 1
-    assert f"{best:.4g} on 3 other flights, where the mission's own costs {own:.4g}" in found.message
+    assert f"{best:.4g} on 30 other flights, where the mission's own costs {own:.4g}" in found.message
     mission = parse(found.toml())
     assert mission == found.mission
     assert mission.law().poles == found.candidate.poles
@@ -98,6 +100,21 @@ def test_the_mission_that_is_written_flies_what_was_found() -> None:
     columns = again.unseen.fly([module.Candidate.of(mission.law())])[0]
     assert found.judge.means(columns) == found.unseen[1]
     assert mission.fly().completed
+
+
+def test_how_sure_it_is_follows_from_the_differences_flight_by_flight() -> None:
+    """Student's t of paired samples, as SciPy computes it; an interval that holds zero may be chance."""
+    found = tuned(NOISY, flights=3, evaluations=10)
+    assert found.costs is not None
+    own, best = found.costs
+    assert (len(own), np.mean(own), np.mean(best)) == pytest.approx((30, *found._costs))
+    low, high = found.saving_interval or (0.0, 0.0)
+    assert (low, high) == pytest.approx(tuple(ttest_rel(own, best).confidence_interval(0.95)))
+    assert 0 < low < high
+    assert found.message.endswith(f"(with a confidence of 95 %, between {low:.3g} and {high:.3g} less)")
+    tilted = best + np.linspace(-9.0, 9.0, len(best))
+    assert dataclasses.replace(found, costs=(own, tilted)).message.endswith("which may be chance: raise flights")
+    assert dataclasses.replace(found, costs=(own[:1], best[:1])).saving_interval is None
 
 
 def test_what_is_no_better_on_other_flights_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,7 +134,7 @@ def test_what_is_no_better_on_other_flights_is_not_kept(monkeypatch: pytest.Monk
     assert not found.is_better
     assert found.improvement == 1.0
     assert found.mission is tuner.mission
-    assert "not better than the mission's own on 3 other flights, so that is kept" in found.message
+    assert "not better than the mission's own on 30 other flights, so that is kept" in found.message
 
 
 def test_an_interrupt_keeps_what_has_been_found() -> None:
@@ -136,7 +153,7 @@ def test_an_interrupt_keeps_what_has_been_found() -> None:
     assert f"interrupted after {len(tuner.tried) - 1} tunings" in found.message
     done, totals = zip(*calls, strict=True)
     assert list(done) == sorted(done)
-    assert set(totals) == {2 * 43}
+    assert set(totals) == {2 * 41 + 2 * 20}
 
 
 def test_an_interrupt_before_the_first_flights_is_one() -> None:

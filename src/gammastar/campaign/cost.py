@@ -106,13 +106,21 @@ class Judge:
 
     def means(self, columns: Mapping[str, np.ndarray]) -> dict[str, float]:
         """Return the mean of every term over flights."""
-        failed = columns["status"] != "completed"
-        told = _told(columns, self.duration)
-        return {name: float(np.where(failed, self._failing(name), values).mean()) for name, values in told.items()}
+        return {name: float(values.mean()) for name, values in self._counted(columns).items()}
+
+    def costs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the cost (n,) of every flight; their mean is the cost of the means."""
+        counted = self._counted(columns)
+        return np.asarray(sum(weight * counted[name] for name, weight in self.cost.weights.items()))
 
     def merit(self, means: Mapping[str, float]) -> float:
         """Return what is minimised: the cost, and steeply more of it above limits."""
         return self.cost.of(means) + STEEPNESS * self.cost.of(self.own) * self.cost.excess(means)
+
+    def _counted(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return what flights count (n,) in every term."""
+        failed, told = columns["status"] != "completed", _told(columns, self.duration)
+        return {name: np.where(failed, self._failing(name), values) for name, values in told.items()}
 
     def _failing(self, name: str) -> float:
         """Return what a flight that ends early counts in a term."""

@@ -15,6 +15,7 @@ from gammastar.errors import GammastarError, MissionError
 from gammastar.mission import Mission
 from gammastar.vehicle import State
 
+OTHERS = 10  # times the flights of a search judge what it has found: they are flown for two tunings alone
 TUNED = ("controller", "observer", "integral", "approach")  # sections of a mission that must not vary beside the tuning
 
 
@@ -105,9 +106,9 @@ class Trials:
 
 
 def flights_of(mission: Mission, count: int) -> tuple[range, range | None]:
-    """Return the numbers of the flights to search with, and of others to judge by: none where all flights of the mission are the same."""
+    """Return the numbers of the flights to search with, and of `OTHERS` times as many to judge by: none where all are the same."""
     file = mission.file
     has_gusts = file.wind is not None and file.wind.gusts is not None
     if file.campaign is None and file.noise is None and file.sensors is None and not has_gusts:
         return range(1), None
-    return range(count), range(count, 2 * count)
+    return range(count), range(count, (1 + OTHERS) * count)

@@ -44,7 +44,8 @@ def tune(
 
     Args:
         mission: As it is; its own tuning is where the search begins.
-        flights: How many each candidate flies; as many others judge the one that is found.  One where no flight differs from another.
+        flights: How many each candidate flies; ten times as many others judge the one that is found.  One where no flight differs
+            from another.
         evaluations: How many candidates are flown.
         cost: Weight of each term of `gammastar.campaign.cost.TERMS`; `DEFAULT_WEIGHTS` there when left out.
         limits: Largest mean of terms over the flights; None is what the mission's own tuning has.
@@ -128,10 +129,11 @@ class Tuner:
         assert self.judge is not None
         judge, own = self.judge, self.tried[0]
         best = min(self.tried, key=lambda each: judge.merit(each[1]))
-        unseen = (own[1], best[1])
+        unseen, costs = (own[1], best[1]), None
         if self.unseen is not None:
             flown = self._flown(self.unseen, [own[0], best[0]], progress, len(self.tried))
             unseen = judge.means(flown[0]), judge.means(flown[1])
+            costs = judge.costs(flown[0]), judge.costs(flown[1])
         return Tuned(
             self.mission,
             self.space,
@@ -139,20 +141,21 @@ class Tuner:
             tuple(self.tried),
             self.tried.index(best),
             unseen,
+            costs,
             self.seed,
             len(self.seen.numbers),
-            self.unseen is not None,
             self.is_interrupted,
         )
 
     def _flown(
         self, trials: Trials, candidates: list[Candidate], progress: Progress | None, tried: int
     ) -> list[dict[str, np.ndarray]]:
-        """Return the columns of the flights of candidates; two more than are tried will have been flown in the end."""
-        count, done = len(trials.numbers), len(self.tried)
+        """Return the columns of the flights of candidates; what is tried, and then two of them on the other flights, are all."""
+        count, done = len(self.seen.numbers), len(self.tried) * len(self.seen.numbers)
+        others = 2 * len(self.unseen.numbers) if self.unseen is not None else 0
 
         def told(share: float) -> None:
             assert progress is not None
-            progress(round((done + share * len(candidates)) * count), (tried + 2) * count)
+            progress(round(done + share * len(candidates) * len(trials.numbers)), tried * count + others)
 
         return trials.fly(candidates, None if progress is None else told)

@@ -27,9 +27,11 @@ class Tuned:
     tried: tuple[tuple[Candidate, Means], ...]  # over the flights of the search; the mission's own first
     best: int  # place of the best of them on these flights
     unseen: tuple[Means, Means]  # of the mission's own and of the best, over flights not searched with
+    costs: (
+        tuple[np.ndarray, np.ndarray] | None
+    )  # (m,) of these flights; None if they do not differ from those of the search
     seed: int
     flights: int  # of each candidate
-    has_unseen: bool  # whether other flights differ from those of the search at all
     is_interrupted: bool
 
     @property
@@ -57,15 +59,34 @@ class Tuned:
         return own / best if best else math.inf
 
     @property
+    def other_flights(self) -> int:
+        """Return how many flights have judged that were not searched with; none where all flights of the mission are the same."""
+        return 0 if self.costs is None else len(self.costs[0])
+
+    @functools.cached_property
+    def saving_interval(self) -> tuple[float, float] | None:
+        """Return the interval that holds, with a confidence of 95 %, by how much the tuning found costs less than the mission's own.
+
+        By Student's t of the differences, flight by flight, of those that judged; None of fewer than two.
+        """
+        if self.costs is None or len(self.costs[0]) < 2:
+            return None
+        from scipy.stats import t
+
+        saved = self.costs[0] - self.costs[1]
+        reach = float(t.ppf(0.975, len(saved) - 1) * saved.std(ddof=1) / np.sqrt(len(saved)))
+        return float(saved.mean()) - reach, float(saved.mean()) + reach
+
+    @property
     def message(self) -> str:
         """Return one sentence that says what came out."""
-        flights = f"{self.flights} other flights" if self.has_unseen else "the mission's only flight"
+        flights = f"{self.other_flights} other flights" if self.other_flights else "the mission's only flight"
         if self.best == 0:
             words = "no tuning costs less than the mission's own, which is kept"
         elif self.is_better:
             own, best = self._costs
             factor = f", {self.improvement:.3g} times less" if best else ""
-            words = f"the tuning found costs {best:.4g} on {flights}, where the mission's own costs {own:.4g}{factor}"
+            words = f"the tuning found costs {best:.4g} on {flights}, where the mission's own costs {own:.4g}{factor}{self._chance}"
         else:
             words = f"the tuning found is not better than the mission's own on {flights}, so that is kept"
         return words + (f"; interrupted after {len(self.tried) - 1} tunings" if self.is_interrupted else "")
@@ -93,10 +114,11 @@ class Tuned:
             "message": self.message,
             "is_better": self.is_better,
             "improvement": self.improvement,
+            "saving_interval": self.saving_interval,
             "cost": {"weights": dict(cost.weights), "limits": dict(cost.limits), "failure": cost.failure},
             "evaluations": len(self.tried) - 1,
             "flights": self.flights,
-            "other_flights": self.flights if self.has_unseen else 0,
+            "other_flights": self.other_flights,
             "interrupted": self.is_interrupted,
             "seed": self.seed,
             "tuned": [{"name": name, "unit": unit, "own": a, "found": b} for name, unit, a, b in self.numbers()],
@@ -109,6 +131,15 @@ class Tuned:
         """Return name, unit, own and found value of everything that was tuned."""
         found = _numbers(self.tried[self.best][0], self.space.chains)
         return [(each.name, each.unit, each.own, found[each.name]) for each in self.space.variables]
+
+    @property
+    def _chance(self) -> str:
+        """How sure it is, as the end of a sentence."""
+        if self.saving_interval is None:
+            return ""
+        low, high = self.saving_interval
+        sure = f" (with a confidence of 95 %, between {low:.3g} and {high:.3g} less)"
+        return sure if low > 0 else f"{sure}, which may be chance: raise flights"
 
     @property
     def _costs(self) -> tuple[float, float]:
