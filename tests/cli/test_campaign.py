@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import gammastar as gs
-from gammastar.cli import main, output
+from gammastar.cli import bars, main
 from gammastar.mission import load
 
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(gs.__file__).parents[1]), "COLUMNS": "200"}
@@ -128,7 +128,7 @@ def test_an_interrupt_says_how_to_go_on(
             pass
 
     with monkeypatch.context() as patch:
-        patch.setattr(output, "flights", Interrupting)
+        patch.setattr(bars, "flights", Interrupting)
         assert run(file, tmp_path) == 130
     (line,) = capsys.readouterr().err.splitlines()
     assert line == f"interrupted; start the same command again to go on: flights that are in {tmp_path} are kept"
@@ -139,8 +139,8 @@ def test_a_terminal_shows_rate_and_remaining_time(file: Path, tmp_path: Path) ->
     ours, theirs = pty.openpty()
     code = """
 import time
-from gammastar.cli import output
-with output.flights() as draw:
+from gammastar.cli import bars
+with bars.flights() as draw:
     draw(100, 1000)
     time.sleep(0.2)
     draw(200, 1000)
@@ -155,7 +155,7 @@ with output.flights() as draw:
 
 
 def test_remaining_time_has_a_unit_of_its_size() -> None:
-    assert [output.remaining(each) for each in (5.2, 90.0, 600.0, 9000.0)] == ["5 s", "90 s", "10.0 min", "2.5 h"]
+    assert [bars.remaining(each) for each in (5.2, 90.0, 600.0, 9000.0)] == ["5 s", "90 s", "10.0 min", "2.5 h"]
 
 
 def test_a_flight_of_a_campaign_is_flown_again_with_its_files(

@@ -305,15 +305,15 @@ def test_a_cold_start_flies_the_recovery_quickly() -> None:
 def test_a_terminal_shows_progress_and_a_pipe_does_not(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from gammastar.cli import output
+    from gammastar.cli import bars
 
-    with output.progress("flying") as draw:
+    with bars.progress("flying") as draw:
         assert draw is None
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with output.progress("flying") as draw:
+    with bars.progress("flying") as draw:
         assert draw is not None
         draw(1, 2)
-    with output.counter("checking", 2) as count:
+    with bars.counter("checking", 2) as count:
         assert count is not None
         count("a result")
     assert capsys.readouterr().out == ""

@@ -10,7 +10,7 @@ import typer
 from gammastar import mission
 from gammastar.campaign.cost import DEFAULT_WEIGHTS, FAILURE, Cost
 from gammastar.campaign.tune import EVALUATIONS, FLIGHTS, Tuner
-from gammastar.cli import output, process
+from gammastar.cli import bars, output, process
 from gammastar.cli.arguments import AsJson, Changes, MissionName, chosen_mission
 from gammastar.cli.process import Interrupted, is_interrupt
 
@@ -44,7 +44,7 @@ def campaign(
     folder = chosen_folder(out, [])
     chosen = chosen_mission(name, changes)
     try:
-        with output.flights() as progress:
+        with bars.flights() as progress:
             flown = run(
                 chosen, flights, folder, seed=seed, workers=workers, cluster=cluster, machine=machine, progress=progress
             )
@@ -82,13 +82,13 @@ def study(
 
     folder = None if out is None else chosen_folder(out, [report.DATA, report.INDEX])
     asked = Study(Store.read(campaign))
-    with output.progress("reading"):
+    with bars.progress("reading"):
         found = findings(asked, by or (), bins)
     files = []
     if folder is not None:
         from gammastar.campaign.pictures import pictures
 
-        with output.progress("drawing"):
+        with bars.progress("drawing"):
             files = report.write(folder, found, pictures(asked, list(found["by"]), bins))
     output.study(found, as_text(found, whole=bool(by)), files, as_json)
 
@@ -130,7 +130,7 @@ def tune(
     chosen = chosen_mission(name, changes)
     judged = Cost(weights, limits, failure)
     tuner = Tuner(chosen, flights, evaluations, judged, only or (), seed, machine, workers)
-    with output.progress("tuning") as progress:
+    with bars.progress("tuning") as progress:
         tuner.run(progress)
         if tuner.is_interrupted:
             process.answered()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gammastar import __version__, mission
-from gammastar.cli import campaigns, output
+from gammastar.cli import bars, campaigns, output
 from gammastar.cli.arguments import AsJson, Changes, MissionName, chosen_mission
 from gammastar.cli.process import note
 from gammastar.errors import InputError, MissionError, PathError
@@ -74,7 +74,7 @@ def fly(
         require_libraries(figures)
     if chosen is None:
         return _again(str(source), number or 0, folder, as_json, figures)
-    with output.progress("certifying"):
+    with bars.progress("certifying"):
         certificate = brief(chosen.certificates())
     if not certificate["flyable"]:
         reason = certificate["reasons"][0]
@@ -82,7 +82,7 @@ def fly(
             section = "" if reason.startswith("[") else "[path] "
             raise MissionError(f"{section}{reason}; or fly it all the same with --force")
         note(f"flown all the same: {reason}")
-    with output.progress("flying") as progress:
+    with bars.progress("flying") as progress:
         record = chosen.fly(progress)
     summary = flight_summary(chosen, record, __version__, certificate)
     files = write_folder(folder, chosen, record, summary, figures) if folder is not None else []
@@ -96,7 +96,7 @@ def _again(source: str, number: int, folder: Path | None, as_json: bool, figures
     from gammastar.report.certificate import brief
     from gammastar.report.folder import flight_summary, write_folder
 
-    with output.progress("flying"):
+    with bars.progress("flying"):
         found = Campaign.read(source).fly(number)
         certificate = brief(found.mission.certificates())
     summary = flight_summary(found.mission, found.record, __version__, certificate)
@@ -129,7 +129,7 @@ def check(
     target = None if out is None else report.chosen_target(out)
     try:
         chosen = chosen_mission(name, changes)
-        with output.progress("certifying"):
+        with bars.progress("certifying"):
             certificates = chosen.certificates()
     except PathError as error:
         output.no_certificate(str(error), as_json)
@@ -219,7 +219,7 @@ def reproduce(
     from gammastar.report.place import chosen_folder
 
     folder = chosen_folder(out, report.file_names())
-    with output.progress("drawing") as progress:
+    with bars.progress("drawing") as progress:
         numbers = report.reproduce(folder, progress)
     output.reproduction(numbers, folder / report.INDEX, as_json)
 
@@ -230,7 +230,7 @@ def claims(as_json: AsJson = False) -> int:
     from gammastar.claims import Verdict, all_claims, check
 
     listed = all_claims()
-    with output.counter("checking", len(listed)) as count:
+    with bars.counter("checking", len(listed)) as count:
         results = check(listed, count)
     output.claims([result.as_dict() for result in results], as_json)
     return 1 if any(result.verdict is Verdict.FAILED for result in results) else 0
