@@ -97,7 +97,9 @@ def test_json_is_one_object_and_its_keys_of_a_tuning_can_be_set(
     told = json.loads(capsys.readouterr().out)
     assert told["cost"]["weights"] == {"settling_time_s": 1.0, "peak_rate_rad_s": 0.1}
     assert told["cost"]["limits"] == {"max_thrust_N": 9.0, "failed": 0.0}
-    assert (told["evaluations"], told["flights"], told["other_flights"], told["seed"]) == (8, 2, 2, 3)
+    assert (told["evaluations"], told["flights"], told["other_flights"], told["seed"]) == (8, 2, 20, 3)
+    low, high = told["saving_interval"]
+    assert low < high
     assert [each["name"].split(".")[0] for each in told["tuned"]] == ["transverse"] * 4
     assert told["own"]["controller.poles"]["transverse"] == [-2.5] * 4
     assert told["file"] is None
