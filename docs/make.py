@@ -16,7 +16,7 @@ import gammastar as gs
 from gammastar import mission
 from gammastar.campaign.pictures import attitude_basins, headline
 from gammastar.figures import animate, save, scene, style
-from gammastar.figures.campaign import draw_basin
+from gammastar.figures.basin import draw_basin
 from gammastar.figures.quadrotor import close_up
 
 IMAGES = Path(__file__).parent / "images"

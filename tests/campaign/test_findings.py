@@ -156,6 +156,12 @@ def test_the_map_over_attitudes_counts_every_flight(study: Study) -> None:
         np.testing.assert_array_equal(basin.flights, counts)
         assert (basin.successes[:, basin.up_edges[1:] <= 90] == basin.flights[:, basin.up_edges[1:] <= 90]).all()
         assert (basin.successes[:, basin.up_edges[:-1] >= 90] < basin.flights[:, basin.up_edges[:-1] >= 90]).all()
+        cell = [
+            np.digitize(known()[name], ends) == 2
+            for name, ends in ((column, basin.across_edges), ("start_tilt_deg", basin.up_edges))
+        ]
+        times = known()["settling_time_s"][cell[0] & cell[1] & known()["settled"]]
+        assert basin.settling[1, 1] == pytest.approx(np.median(times))
 
 
 def test_the_map_over_positions_has_the_two_axes_that_spread_most(study: Study) -> None:
@@ -188,7 +194,7 @@ def test_figures_show_the_numbers_of_the_study(study: Study) -> None:
     assert all((share == 100) == (low >= enough) for share, low in zip(steps.values, steps.edges[:-1], strict=True))
     names = [text.get_text() for text in drawn["tolerance-controller.feedback"].axes[0].get_xticklabels()]
     assert names == ["held", "middle"]
-    cells = drawn["basin-attitude"].axes[0].collections[0]
+    cells = drawn["basin-attitude"].axes[0].collections[1]
     cells.update_scalarmappable()
     shown = {tuple(color) for color in cells.get_facecolor()}
     assert to_rgba(style.BLUE) in shown

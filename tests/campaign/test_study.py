@@ -153,7 +153,7 @@ def test_a_column_of_few_values_has_a_bin_for_each(study: Study) -> None:
 
 
 def test_a_map_over_two_columns_counts_as_numpy_does(study: Study, data: dict[str, np.ndarray]) -> None:
-    first, second, flights, successes = study.over("start_tilt_deg", "truth.mass_scale", (5, 4))
+    first, second, flights, successes, _ = study.over("start_tilt_deg", "truth.mass_scale", (5, 4))
     counts, *_ = np.histogram2d(data["start_tilt_deg"], data["truth.mass_scale"], (first, second))
     np.testing.assert_array_equal(flights, counts)
     assert successes.sum() == data["settled"].sum()

@@ -43,3 +43,4 @@ class Map(NamedTuple):
     second: np.ndarray  # (n + 1,) of the second one
     flights: np.ndarray  # (m, n)
     successes: np.ndarray  # (m, n)
+    settling: np.ndarray  # (m, n) [s] median of those that succeed, NaN where none does

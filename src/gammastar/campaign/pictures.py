@@ -11,7 +11,8 @@ from gammastar.campaign.answers import Bin
 from gammastar.campaign.columns import THRUST_TO_WEIGHT, label
 from gammastar.campaign.rate import percent
 from gammastar.campaign.study import Study
-from gammastar.figures.campaign import Basin, Tolerance, draw_basin, draw_tolerance
+from gammastar.figures.basin import Basin, draw_basin
+from gammastar.figures.tolerance import Tolerance, draw_tolerance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,6 +89,13 @@ def _vary(study: Study, columns: Sequence[str]) -> list[str]:
 def headline(study: Study) -> str:
     """Return the title of a figure: the mission, the rate of success, and its interval."""
     rate = study.rate()
-    words = f"{percent(rate.share)} of {rate.flights:,} flights settle, 95 % interval {percent(rate.low)} to {percent(rate.high)}"
-    words = words.replace(" %", "\N{NO-BREAK SPACE}%").replace("% interval", "%\N{NO-BREAK SPACE}interval")
+    interval = f"Wilson's 95 % interval {percent(rate.low)} to {percent(rate.high)}"
+    words = f"{percent(rate.share)} of {rate.flights:,} flights settle, {_together(interval, ' %', ' 95', ' interval')}"
     return f"{study.mission.title}: {words}" if study.mission.title else words
+
+
+def _together(words: str, *parts: str) -> str:
+    """Return words in which some parts do not begin a line."""
+    for part in parts:
+        words = words.replace(part, f"\N{NO-BREAK SPACE}{part.lstrip()}")
+    return words

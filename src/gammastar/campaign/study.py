@@ -167,18 +167,20 @@ class Study:
         ]
 
     def over(self, first: str, second: str, bins: tuple[int, int] = (18, 24)) -> Map:
-        """Return flights and successes in at most so many bins of two columns: a map of the basin."""
+        """Return flights, successes and settling times in at most so many bins of two columns: a map of the basin."""
         places = [self._place(column, _some(most)) for column, most in zip((first, second), bins, strict=True)]
         ends = [self._edges(column, most) for column, most in zip((first, second), bins, strict=True)]
         rows = self.asked(
-            f"""SELECT {places[0][0]} AS a, {places[1][0]} AS b, count(*), count(*) FILTER (WHERE "{SUCCESS}")
+            f"""SELECT {places[0][0]} AS a, {places[1][0]} AS b, {self._measures}
             FROM flights WHERE {self._tells(first)} AND {self._tells(second)} GROUP BY a, b""",
             places[0][1] + places[1][1],
         )
-        flights, successes = (np.zeros([len(each) - 1 for each in ends], dtype=int) for _ in range(2))
-        for a, b, count, good in rows:
-            flights[a, b], successes[a, b] = count, good
-        return Map(ends[0], ends[1], flights, successes)
+        shape = tuple(len(each) - 1 for each in ends)
+        flights, successes, settling = np.zeros(shape, dtype=int), np.zeros(shape, dtype=int), np.full(shape, np.nan)
+        for a, b, *told in rows:
+            rate, times = _judged(*told)
+            flights[a, b], successes[a, b], settling[a, b] = rate.flights, rate.successes, times[0]
+        return Map(ends[0], ends[1], flights, successes, settling)
 
     def _edges(self, column: str, most: int) -> np.ndarray:
         """Return the ends of bins; around a single value they are half a unit away."""

@@ -135,6 +135,24 @@ def plain(value: float, _: object = None) -> str:
     return f"{value:g}".replace("-", "−")
 
 
+def angles(scale: Any, edges: Any) -> None:
+    """Let the ticks of an axis of degrees between two ends stand at the parts of a turn, where it is long enough for it."""
+    from matplotlib.ticker import MultipleLocator
+
+    reach = edges[-1] - edges[0]
+    step = next((step for step in (5, 10, 15, 30, 45, 60, 90) if 3 <= reach / step <= 6), None)
+    if step is not None:
+        scale.set_major_locator(MultipleLocator(step))
+
+
+def counted(counts: Any) -> str:
+    """Return the least and the largest count in words."""
+    if not counts.size:
+        return "0"
+    low, high = int(counts.min()), int(counts.max())
+    return f"{low:,}" if low == high else f"{low:,} to {high:,}"
+
+
 def label(axis: Axes, text: str) -> None:
     """Name what a panel shows on its vertical axis, unit in brackets."""
     axis.set_ylabel(text, fontsize=LABEL, color=INK)

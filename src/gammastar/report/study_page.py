@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
+from urllib.parse import quote
 
 from gammastar.campaign.columns import label
 from gammastar.report.page import STYLE
 from gammastar.report.study_tables import Table, opening, tables
 
 CAPTIONS = {
-    "basin-attitude": "From which attitudes flights settle",
-    "basin-position": "From where flights settle",
-    "thrust-to-weight": "Success against thrust to weight",
+    "basin-attitude": "From which attitudes flights settle, and how long it takes them",
+    "basin-position": "From where flights settle, and how long it takes them",
+    "thrust-to-weight": "Success and settling time against thrust to weight",
 }
 CURVES = {"thrust-to-weight": "by thrust_to_weight"}  # title of the table beside a figure, where its name does not say
 
@@ -47,7 +48,7 @@ def _figure(stem: str, table: Table | None, frame: str) -> str:
     name = escape(_caption(stem, frame))
     rows = "" if table is None else _table(table)
     return (
-        f'<h2 id="{escape(stem)}">{name}</h2>\n<figure><a href="{escape(stem)}.svg"><img src="{escape(stem)}.png" alt="{name}" '
+        f'<h2 id="{escape(stem)}">{name}</h2>\n<figure><a href="{quote(stem)}.svg"><img src="{quote(stem)}.png" alt="{name}" '
         f'loading="lazy"></a></figure>\n{rows}'
     )
 

@@ -30,7 +30,7 @@ def opening(found: Mapping[str, Any]) -> list[str]:
     return [
         *([found["mission"]] if found["mission"] else []),
         f"{found['flights']:,} flights of the seed {found['seed']}{missing}",
-        f"{percent(rate['share'])} settle{bound} ({rate['successes']:,}); {found['confidence']:.0%} interval {low} to {high}",
+        f"{percent(rate['share'])} settle{bound} ({rate['successes']:,}); {100 * found['confidence']:g} % interval {low} to {high}",
     ]
 
 

@@ -1,16 +1,13 @@
-"""Figures of campaigns: colours part none, some and all from cells without a flight, and every case can be drawn."""
+"""Curves over a quantity: their bands are the intervals, and every case can be drawn."""
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
 from gammastar.figures import style
-from gammastar.figures.campaign import COLORS, FEW, PALE, Basin, Tolerance, classes, draw_basin, draw_tolerance
 from gammastar.figures.save import picture
+from gammastar.figures.tolerance import Tolerance, draw_tolerance
 
-FLIGHTS = np.array([[0, 4, 10, 10], [100, 1000, 10_000, 10]])
-SUCCESSES = np.array([[0, 0, 1, 5], [90, 989, 9_999, 10]])
-BASIN = Basin("x [m]", "tilt [°]", np.array([0.0, 1.0, 3.0]), np.array([0.0, 45, 90, 135, 180]), FLIGHTS, SUCCESSES)
 NOTHING = np.full((2, 2), np.nan)
 CURVES = {
     "bins": Tolerance(
@@ -45,36 +42,6 @@ CURVES = {
     ),
     "no flight": Tolerance("mass", None, [], *(np.empty(shape) for shape in (0, 0, (0, 2), (0, 2)))),
 }
-
-
-def test_none_some_and_all_have_colours_of_their_own_and_no_flight_has_none() -> None:
-    found = classes(FLIGHTS, SUCCESSES)
-    assert found.mask.tolist() == (FLIGHTS == 0).tolist()
-    assert found.compressed().tolist() == [0, 1, 1, 2, 3, 4, 5]
-
-
-def test_cells_are_painted_where_they_are() -> None:
-    figure = draw_basin([BASIN])
-    axis = figure.axes[0]
-    (cells,) = axis.collections
-    cells.update_scalarmappable()
-    colors = cells.get_facecolor().reshape(4, 2, 4)  # rows go up, columns across
-    for across, up in np.argwhere(FLIGHTS > 0):
-        expected = to_rgba(COLORS[classes(FLIGHTS, SUCCESSES)[across, up]], 1.0 if FLIGHTS[across, up] >= FEW else PALE)
-        assert tuple(colors[up, across]) == pytest.approx(expected)
-    assert colors[0, 0, 3] == 0  # what lies behind is seen
-    assert axis.patch.get_hatch()
-    names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert names == ["none", "≤ 50 %", "≤ 90 %", "≤ 99 %", "< 100 %", "all", "no flight"]
-    assert axis.get_title(loc="left") == "cells of 4 to 10,000 flights, pale below 5"
-
-
-def test_a_full_map_names_no_empty_cells() -> None:
-    full = BASIN._replace(flights=np.full((2, 4), 7), successes=np.full((2, 4), 7), equal=True, downward=True)
-    figure = draw_basin([full, full], "what costs $5 and is a long title that has to be folded into its figure")
-    assert len(figure.legends[0].get_texts()) == len(COLORS)
-    assert figure.axes[0].yaxis_inverted()
-    assert picture(figure, "png", resolution=40).startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("kind", CURVES)
