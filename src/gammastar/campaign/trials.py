@@ -59,8 +59,6 @@ class Trials:
 
         Chance goes with the number of a flight, so every candidate meets the same.
         """
-        if len(candidates) == 1:  # one law for all flights would be another graph, to be compiled anew
-            return self.fly([*candidates, *candidates], progress)[:1]
         tried, count = len(candidates), len(self.numbers)
         columns, done = dict[str, np.ndarray](), 0
         for batch in self._batches:

@@ -20,7 +20,7 @@ from gammastar.flight.plant import MOTION, Plant
 from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
-from gammastar.flight.variation import Variation, graphs_of, parameters_of
+from gammastar.flight.variation import Variation, constants_of, graphs_of, parameters_of
 from gammastar.flight.wind import Wind
 from gammastar.law import Law, Reference
 from gammastar.law.autopilot import TELEMETRY, TELEMETRY_SIZE, Autopilot, Stepped
@@ -155,7 +155,8 @@ class AutopilotLoop:
     @property
     def _signature(self) -> tuple[Any, ...]:
         late = tuple(channel.late(1 / self.interval) for channel in self.sensors.channels)
-        return ("autopilot loop", self.autopilot.signature, self.plant.signature, late)
+        constant = self.guided(constants_of(self.guidance, self.varied)).autopilot.signature
+        return ("autopilot loop", constant, self.plant.signature, late)
 
     def _core(self) -> Any:
         """Return the function (loop state, parameters, column, rows) -> (next loop state, observation) of a `Step`."""
@@ -164,7 +165,7 @@ class AutopilotLoop:
         parameters = parameters_of(self.varied, self.law)
         variation = graphs_of(self.varied, self.law, parameters)
         draws, cut = Draws(self.pairs, column[1:]), sum(self.sizes[:4])
-        errors = self.sensors.drawn(column[0], draws, rate)
+        errors = self.sensors.drawn(column[0], draws, rate, variation.noise)
         air = self.wind.velocity(loop_state[cut:], variation.wind)
         inputs = loop_state[:cut], column[0] * self.interval, air, errors, rows
         after, observation = self.with_variation(variation)._interval(*inputs)
@@ -178,9 +179,8 @@ class AutopilotLoop:
 
     def with_variation(self, variation: Variation) -> AutopilotLoop:
         """Graph: return the loop whose truth and tuning are given by graphs, or by the numbers of one flight."""
-        plant = dataclasses.replace(
-            self.plant, vehicle=variation.vehicle(self.truth), thrust_scale=self.plant.thrust_scale * variation.thrust
-        )
+        scales = {"thrust_scale": variation.thrust, "lag_scale": variation.lag}
+        plant = dataclasses.replace(self.plant, vehicle=variation.vehicle(self.truth), **scales)
         guidance = dataclasses.replace(self.guidance, law=variation.law(self.law))
         return dataclasses.replace(self.guided(guidance), plant=plant)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from gammastar.checks import instance, number
 from gammastar.errors import InputError, UnknownNameError
@@ -14,6 +17,7 @@ from gammastar.flight.plant import Plant
 from gammastar.flight.sensors import Channel, Sensors
 from gammastar.flight.software_in_the_loop import Pilot, PilotedLoop
 from gammastar.flight.timing import timing
+from gammastar.flight.variation import require_effect
 from gammastar.flight.wind import Wind
 from gammastar.law import Law
 from gammastar.law.autopilot import Autopilot
@@ -120,12 +124,7 @@ class Conditions:
                 "wind needs a vehicle that feels it (got one whose forces do not depend on the air); give drag to the vehicle that flies"
             )
         if law.interface == "rates":
-            for vehicle in (law.vehicle, truth):
-                if vehicle.rate_bandwidth * interval > 1:
-                    raise InputError(
-                        f"the rate bandwidth must be at most {1 / interval:g} rad/s at this control rate (got {vehicle.rate_bandwidth:g}); "
-                        "an inner loop that is faster cannot be told from one of that bandwidth, so give it"
-                    )
+            _require_slower(max(law.vehicle.rate_bandwidth, truth.rate_bandwidth), interval)
         plant = Plant(truth, interval, substeps, method, law.interface)
         loop = self.autopilot(guidance), plant, self._sensors(), self.wind or Wind()
         if self.pilot is None:
@@ -136,6 +135,19 @@ class Conditions:
                 "give that rate, or compile it again"
             )
         return PilotedLoop(*loop, pilot=self.pilot)
+
+    def require_possible(self, varied: Mapping[str, np.ndarray], law: Law) -> None:
+        """Raise `InputError` when something varies that makes no difference, or beyond what can be flown.
+
+        Args:
+            varied: Values (k, flights) by name, see `fly_many`.
+            law: Of the flights, or of one of them.
+        """
+        measured = self.noise or self.sensors
+        is_noisy = measured is not None and measured.is_noisy
+        require_effect(varied, self._truth(law), law.interface, is_noisy)
+        if "rate_bandwidth" in varied:
+            _require_slower(float(np.max(varied["rate_bandwidth"], initial=0.0)), self.timing(law)[0])
 
     def autopilot(self, guidance: Guidance) -> Autopilot:
         """Return what runs on the vehicle's computer; a law that acts continuously is taken to act at `AUTOPILOT_RATE`."""
@@ -151,4 +163,13 @@ class Conditions:
         noise = self.noise
         return Sensors(
             *(Channel(each) for each in (noise.position, noise.velocity, noise.attitude, noise.angular_velocity))
+        )
+
+
+def _require_slower(bandwidth: float, interval: float) -> None:
+    """Raise `InputError` when an inner loop of a bandwidth [rad/s] is faster than a control interval [s]."""
+    if bandwidth * interval > 1:
+        raise InputError(
+            f"the rate bandwidth must be at most {1 / interval:g} rad/s at this control rate (got {bandwidth:g}); "
+            "an inner loop that is faster cannot be told from one of that bandwidth, so give it"
         )

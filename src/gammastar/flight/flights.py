@@ -21,6 +21,7 @@ from gammastar.flight.reductions import columns_of
 from gammastar.flight.summary import Summary
 from gammastar.flight.task import Chance, Task
 from gammastar.flight.variation import sizes_of
+from gammastar.law import AnyReference
 from gammastar.vehicle import Scales, State, scaled
 
 QUANTILES = {"min": 0.0, "5%": 0.05, "median": 0.5, "95%": 0.95, "max": 1.0}
@@ -44,6 +45,7 @@ class Flights(Mapping[str, np.ndarray]):
     parameters: np.ndarray = field(
         default_factory=lambda: np.empty((0, 0))
     )  # and its numbers (p, n), one below the other
+    references: tuple[AnyReference, ...] = ()  # of every flight where each has its own
     records: dict[int, FlightRecord] = field(default_factory=dict)  # those asked for, by place
 
     @functools.cached_property
@@ -121,10 +123,11 @@ class Flights(Mapping[str, np.ndarray]):
                 {},
             )
         first = self.firsts[:, np.searchsorted(self.flown, place)]
-        phases = [Phase(0, loop.law, self.task.reference)]
+        reference = self.references[place] if self.references else self.task.reference
+        phases = [Phase(0, loop.law, reference)]
         chance = Chance(self.seed, int(self.numbers[place]))
         shown = self._alone(loop, place) if self.varied else loop
-        task = dataclasses.replace(self.task, law=loop.law)
+        task = dataclasses.replace(self.task, law=loop.law, reference=reference)
         given = task, self.starts[place], shown, first, self.steps, phases, chance
         return recorded(*given, machine=self.machine, family=Family(loop.step(), self.parameters[:, place]))
 
@@ -133,9 +136,10 @@ class Flights(Mapping[str, np.ndarray]):
         scales = {
             name: self._of(f"{name}_scale")[:, place] for name in Scales._fields if f"{name}_scale" in self.varied
         }
-        thrust = float(self._of("thrust_scale")[0, place]) if "thrust_scale" in self.varied else 1.0
         numbers = {name: value if name == "inertia" else float(value[0]) for name, value in scales.items()}
-        return loop.of(scaled(loop.truth, Scales(**numbers), thrust))
+        others = {"thrust_scale": "thrust", "lag_scale": "lag", "rate_bandwidth": "rate_bandwidth"}
+        given = {to: float(self._of(name)[0, place]) for name, to in others.items() if name in self.varied}
+        return loop.of(scaled(loop.truth, Scales(**numbers), **given))
 
     def _of(self, name: str) -> np.ndarray:
         """Return the numbers (k, n) of one of the things that differ."""

@@ -21,7 +21,7 @@ from gammastar.flight.integrator import Integrator
 from gammastar.flight.noise import SensorNoise, measured
 from gammastar.flight.rows import RowGraph, nearest_distances, normal_rows
 from gammastar.flight.surroundings import foot, lookups_of, outputs_of
-from gammastar.flight.variation import Variation, graphs_of, parameters_of, unknown_in
+from gammastar.flight.variation import Variation, constants_of, graphs_of, parameters_of, unknown_in
 from gammastar.law import Law, Reference
 from gammastar.law.guidance import Decision, Guidance, Surroundings
 from gammastar.law.piecewise import DATA_SIZE
@@ -52,6 +52,7 @@ class ClosedLoop:
     substeps: int  # integration steps in an interval; 1 for continuous feedback
     noise: SensorNoise | None = None
     varied: tuple[str, ...] = ()  # what the parameters of a step are, see `Variation`
+    noise_scale: Any = 1.0  # of the noise; a number or a graph
 
     @property
     def law(self) -> Law:
@@ -83,7 +84,8 @@ class ClosedLoop:
         """Return everything that enters the graph of `_core` as a constant."""
         timing = (self.integrator.name, self.feedback, self.interval, self.substeps)
         noise = None if self.noise is None else tuple(self.noise.deviations())
-        return ("step", self.guidance.signature, self.truth.signature, timing, noise, self.varied)
+        constant = constants_of(self.guidance, self.varied).signature
+        return ("step", constant, self.truth.signature, timing, noise, self.varied)
 
     def _core(self) -> Any:
         """Return the function (loop state (27,), parameters, column, rows) -> (next loop state, observation) of a `Step`."""
@@ -96,9 +98,10 @@ class ClosedLoop:
         return dataclasses.replace(self, truth=truth)
 
     def with_variation(self, variation: Variation) -> ClosedLoop:
-        """Graph: return the loop whose truth and tuning are given by graphs, or by the numbers of one flight."""
+        """Graph: return the loop whose truth, noise and tuning are given by graphs, or by the numbers of one flight."""
         guidance = dataclasses.replace(self.guidance, law=variation.law(self.law))
-        return dataclasses.replace(self, guidance=guidance, truth=variation.vehicle(self.truth))
+        truth, noise = variation.vehicle(self.truth), variation.noise
+        return dataclasses.replace(self, guidance=guidance, truth=truth, noise_scale=noise)
 
     def _interval(self) -> tuple[list[Any], list[Any]]:
         """Graph: return loop state, column and rows as symbols, and the next loop state and observation."""
@@ -109,7 +112,9 @@ class ClosedLoop:
         if self.feedback == "continuous":
             after, decision, parameter, waiting = self._continuous(loop_state, state, time, around)
         else:
-            seen = state if self.noise is None else measured(state, self.noise.sample(Draws(self.pairs, column[1:])))
+            seen = state
+            if self.noise is not None:
+                seen = measured(state, self.noise_scale * self.noise.sample(Draws(self.pairs, column[1:])))
             after, decision, parameter, waiting = self._sampled(loop_state, state, seen, time, around)
         nearest = foot(loop_state[WAITING], waiting, parameter, loop_state[TRUE_PARAMETER])
         observation = self._observation(state, nearest, loop_state[PARAMETER], waiting, decision, data)

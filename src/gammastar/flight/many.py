@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gammastar import engine as engines
-from gammastar.checks import instance, shortened, whole
+from gammastar.checks import array, instance, shape_of, shortened, whole
 from gammastar.errors import InputError
 from gammastar.flight.autopiloted import AutopilotLoop
 from gammastar.flight.conditions import Conditions
@@ -21,10 +22,11 @@ from gammastar.flight.noise import SensorNoise
 from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.task import Task, task
-from gammastar.flight.variation import given_quantities, require_effect, tunings
+from gammastar.flight.variation import given_quantities, tunings
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
+from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -33,7 +35,7 @@ def fly_many(
     law: Law | Sequence[Law],
     starts: Sequence[State],
     *,
-    speed: float | None = None,
+    speed: ArrayLike | None = None,
     reference: AnyReference | None = None,
     duration: float = 20.0,
     step: float = 1e-3,
@@ -63,11 +65,13 @@ def fly_many(
     Args:
         law: From `design`; or one a flight, of laws that differ in poles, approach speed and observer bandwidths alone.
         starts: One a flight.
+        speed: Constant speed along the path [path parameter/s]; or one a flight, (flights,).
         seed: Of noise, sensors and gusts of all flights.
         flights: Numbers of the flights, with which their noise goes; counted from zero when left out.
         varied: What differs from flight to flight in what really flies, (flights,) by name: `mass_scale`, `inertia_scale`, also
-            (flights, 3) for the body axes, `thrust_scale` of the rotors, `force_scale` of all forces but buoyancy, and `wind`
-            (flights, 3) [m/s], world, on top of the mean of that of the argument; gusts turn with it.
+            (flights, 3) for the body axes, `thrust_scale` and `lag_scale` of the rotors, `force_scale` of all forces but buoyancy,
+            `noise_scale` of all deviations of noise or sensors, `rate_bandwidth` [rad/s] of the inner loop of the interface 'rates', and
+            `wind` (flights, 3) [m/s], world, on top of the mean of that of the argument; gusts turn with it.
         machine: 'native' compiles the loop as C once, and flies some flights side by side on every processor; 'casadi' needs no compiler;
             'auto' is native where a compiler answers.
         workers: Threads; one for every processor when left out.
@@ -93,13 +97,17 @@ def fly_many(
         raise InputError(
             f"places to record must be below the number of flights {len(begun)} (got {max(kept)}); count from zero"
         )
-    wanted = task(laws[0], speed, reference, yaw_reference, heading, settled_within)
+    own = _speeds(speed, len(begun))
+    common: Any = own[0].speed if own else speed
+    wanted = task(laws[0], common, reference, yaw_reference, heading, settled_within)
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
     _, _, steps = conditions.timing(wanted.law)
-    variation = given_quantities(varied, len(begun)) | tunings(laws)
-    require_effect(variation, wanted.law.vehicle if truth is None else truth, wanted.law.interface)
+    variation = given_quantities(varied, len(begun)) | (tunings(laws) if isinstance(law, Iterable) else {})
+    conditions.require_possible(variation, wanted.law)
     parameters = np.vstack([np.empty((0, len(begun))), *variation.values()])
-    loops, firsts = _begun(wanted, laws, begun, conditions, whole(seed, "seed"), numbers, tuple(variation), parameters)
+    asked: Sequence[AnyReference] = own or [wanted.reference]
+    keys = whole(seed, "seed"), numbers
+    loops, firsts = _begun(wanted, laws, asked, begun, conditions, *keys, tuple(variation), parameters)
     flown = np.array([place for place, loop in enumerate(loops) if loop is not None], dtype=int)
     final = np.tile(NEVER[:, None], len(begun))
     if flown.size:
@@ -131,6 +139,7 @@ def fly_many(
         machine,
         tuple(variation),
         parameters,
+        tuple(own),
     )
     result.records.update((place, result.record(place)) for place in kept)
     return result
@@ -139,6 +148,7 @@ def fly_many(
 def _begun(
     wanted: Task,
     laws: list[Law],
+    asked: Sequence[AnyReference],
     starts: list[State],
     conditions: Conditions,
     seed: int,
@@ -154,7 +164,9 @@ def _begun(
     loops: list[ClosedLoop | AutopilotLoop | None] = [None] * len(starts)
     if not begins.size:
         return loops, np.empty((0, 0))
-    references = _resolved(wanted, parameters[begins])
+    references = _resolved(
+        [asked[k] for k in begins.tolist()] if len(asked) > 1 else asked, law.path, parameters[begins]
+    )
     loop = dataclasses.replace(conditions.loop(Guidance(law, references[0], wanted.yaw)), varied=names)
     firsts = loop.starts(states[:, begins], parameters[begins], references, seed, numbers[begins], varying[:, begins])
     finite = np.isfinite(firsts).all(axis=0)
@@ -165,12 +177,31 @@ def _begun(
     return loops, firsts[:, finite]
 
 
-def _resolved(wanted: Task, parameters: np.ndarray) -> list[Reference]:
-    """Return the references of flights from parameters (n,); the only one if a speed leaves the place free, which is the same for all."""
-    first = wanted.reference.resolved(wanted.law.path, float(parameters[0]))
-    if isinstance(wanted.reference, Speed) and not first.holds_position:
+def _speeds(speed: ArrayLike | None, count: int) -> list[Speed]:
+    """Return the references of flights that have a speed each; none where there is one for all."""
+    if speed is None or shape_of(speed) == ():
+        return []
+    given = array(speed, "speed [path parameter/s], of all flights or of each,", (count,)).tolist()
+    distinct = {each: Speed(each) for each in given}
+    return [distinct[each] for each in given]
+
+
+def _resolved(asked: Sequence[AnyReference], path: Path, parameters: np.ndarray) -> list[Reference]:
+    """Return the references of flights from parameters (n,), each by its own wish or all by one.
+
+    It is the only one if one speed leaves the place free, which is the same for all.
+    """
+    first = asked[0].resolved(path, float(parameters[0]))
+    if len(asked) == 1 and isinstance(asked[0], Speed) and not first.holds_position:
         return [first]
-    return [first, *(wanted.reference.resolved(wanted.law.path, float(each)) for each in parameters[1:])]
+    wishes = itertools.cycle(asked)
+    found = [wish.resolved(path, float(each)) for wish, each in zip(wishes, parameters, strict=False)]
+    if any(each.holds_position != first.holds_position for each in found):
+        raise InputError(
+            "flights that are flown together must all hold a place in the end, or none (got speeds of zero and others along a path that "
+            "ends); fly them apart"
+        )
+    return found
 
 
 def _together(loops: list[Any], wanted: Task, firsts: np.ndarray, steps: int) -> tuple[engines.Step, np.ndarray]:

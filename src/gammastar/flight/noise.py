@@ -42,6 +42,15 @@ class SensorNoise:
         return np.concatenate([np.asarray(getattr(self, channel)) for channel in CHANNELS])
 
     @property
+    def is_noisy(self) -> bool:
+        """Return whether anything is measured with noise."""
+        return bool(np.any(self.deviations()))
+
+    def scaled(self, factor: float) -> SensorNoise:
+        """Return noise with every standard deviation multiplied by a factor."""
+        return SensorNoise(*(factor * np.asarray(getattr(self, channel)) for channel in CHANNELS))
+
+    @property
     def pairs(self) -> tuple[int, ...]:
         """Return the pairs of random numbers that a step draws."""
         channels = enumerate(self.deviations().reshape(-1, 3))

@@ -30,6 +30,7 @@ class Plant:
     integrator: Integrator
     interface: str = "wrench"  # or 'rates': commands are thrust and body rates, followed by an inner loop
     thrust_scale: Any = 1.0  # of the rotors' thrust coefficients; a number or a graph
+    lag_scale: Any = 1.0  # of the rotors' lag; a number or a graph
 
     @property
     def rotors(self) -> Rotors | None:
@@ -143,12 +144,15 @@ class Plant:
         return ca.vertcat(*(3 * [self.thrust_scale]), 1) * rotors.wrench(rotors.thrusts(speeds))
 
     def _followed(self, speeds: Any, command: Any, time: float) -> Any:
-        """Graph: return the rotor speeds SX (n,) [rad/s] a time [s] into a held command: known exactly, however short the lag."""
-        return speeds if self.rotors is None else self.rotors.advanced(speeds, command, time)
+        """Graph: return the rotor speeds SX (n,) [rad/s] a time [s] into a held command: known exactly, however short the lag.
+
+        With a lag that is longer by a factor all takes longer by that factor.
+        """
+        return speeds if self.rotors is None else self.rotors.advanced(speeds, command, time / self.lag_scale)
 
     def _speed_rates(self, speeds: Any, command: Any) -> Any:
         """Graph: return the rates of the rotor speeds SX (n,) [rad/s^2], zero where there is no lag."""
         if self.rotors is None:
             return ca.SX(0, 1)
         up, down = (1 / lag if lag > 0 else 0.0 for lag in np.asarray(self.rotors.lag))
-        return (command - speeds) * ca.if_else(command > speeds, up, down)
+        return (command - speeds) * ca.if_else(command > speeds, up, down) / self.lag_scale

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -132,6 +133,17 @@ class Sensors:
         )
 
     @property
+    def is_noisy(self) -> bool:
+        """Return whether any sample has noise."""
+        return any(np.any(deviation) for deviation in self.deviations().values())
+
+    def scaled(self, factor: float) -> Sensors:
+        """Return sensors with every standard deviation multiplied by a factor; biases, rates, delays and losses stay."""
+        deviations = [factor * np.asarray(each.deviation) for each in self.channels]
+        pairs = zip(self.channels, deviations, strict=True)
+        return Sensors(*(dataclasses.replace(channel, deviation=deviation) for channel, deviation in pairs))
+
+    @property
     def signature(self) -> tuple[Any, ...]:
         """Return everything that enters the graph of `drawn` as a constant."""
         return tuple(each.signature for each in self.channels)
@@ -151,11 +163,15 @@ class Sensors:
         channels = enumerate(self.channels)
         return tuple(p for i, each in channels for p in sensor_pairs(i, np.asarray(each.deviation), each.dropout))
 
-    def drawn(self, step: Any, draws: Draws, control_rate: float) -> Any:
-        """Graph: return SX (24,), by channel the error (3,) of a sample taken now and flags (3,) of the axes whose sample arrives."""
+    def drawn(self, step: Any, draws: Draws, control_rate: float, scale: Any = 1.0) -> Any:
+        """Graph: return SX (24,), by channel the error (3,) of a sample taken now and flags (3,) of the axes whose sample arrives.
+
+        The noise in the errors is scaled by a number or a graph.
+        """
         rows = []
         for index, channel in enumerate(self.channels):
-            rows.append(ca.DM(np.asarray(channel.bias)) + sensor_errors(index, np.asarray(channel.deviation), draws))
+            noise = sensor_errors(index, np.asarray(channel.deviation), draws)
+            rows.append(ca.DM(np.asarray(channel.bias)) + scale * noise)
             kept = draws.uniform(PER_SENSOR * index + LOST)[0] >= channel.dropout if channel.dropout > 0 else 1
             rows.append(kept * channel.axes_sampled(step, control_rate))
         return ca.vertcat(*rows)

@@ -1,4 +1,4 @@
-"""What differs from flight to flight beside the start: numbers of the true vehicle, the wind, and the law's tuning.
+"""What differs from flight to flight beside the start: numbers of the true vehicle, noise, wind, and the law's tuning.
 
 Flights that differ in these alone take one step, whose graph has them as parameters, and each gives its own numbers.
 """
@@ -17,10 +17,30 @@ from gammastar.checks import array as numbers
 from gammastar.checks import instance, shape_of, shortened
 from gammastar.errors import InputError, ShapeError, UnknownNameError
 from gammastar.law import Law, Observer
+from gammastar.law.guidance import Guidance
 from gammastar.law.tuned import Tuning, tuned
 from gammastar.vehicle import Scales, Vehicle, varied
 
-QUANTITIES = {"mass_scale": 1, "inertia_scale": 3, "thrust_scale": 1, "force_scale": 1, "wind": 3}  # with sizes
+POSITIVE, NOT_NEGATIVE = "positive", "not negative"
+
+
+class Quantity(NamedTuple):
+    """What may differ in what really flies."""
+
+    size: int = 1  # how many numbers it is
+    sign: str | None = POSITIVE  # that they must have
+
+
+QUANTITIES = {
+    "mass_scale": Quantity(),
+    "inertia_scale": Quantity(3),
+    "thrust_scale": Quantity(),
+    "lag_scale": Quantity(),
+    "force_scale": Quantity(),
+    "noise_scale": Quantity(sign=NOT_NEGATIVE),
+    "rate_bandwidth": Quantity(),  # [rad/s]
+    "wind": Quantity(3, None),  # [m/s]
+}
 TUNING = {"approach_speed": 1, "force_observer": 1, "torque_observer": 1}
 
 
@@ -32,13 +52,23 @@ class Variation(NamedTuple):
     def vehicle(self, vehicle: Vehicle) -> Vehicle:
         """Graph: return the true vehicle."""
         scales = {name: self.values.get(f"{name}_scale") for name in Scales._fields}
-        given = {name: value for name, value in scales.items() if value is not None}
-        return varied(vehicle, Scales(**given)) if given else vehicle
+        given, bandwidth = {k: v for k, v in scales.items() if v is not None}, self.values.get("rate_bandwidth")
+        return vehicle if not given and bandwidth is None else varied(vehicle, Scales(**given), bandwidth)
 
     @property
     def thrust(self) -> Any:
         """Graph: return what the rotors' thrust coefficients are multiplied by."""
         return self.values.get("thrust_scale", 1.0)
+
+    @property
+    def lag(self) -> Any:
+        """Graph: return what the rotors' lag is multiplied by."""
+        return self.values.get("lag_scale", 1.0)
+
+    @property
+    def noise(self) -> Any:
+        """Graph: return what the noise of the sensors is multiplied by."""
+        return self.values.get("noise_scale", 1.0)
 
     @property
     def wind(self) -> Any:
@@ -57,8 +87,14 @@ NOTHING = Variation({})
 
 def sizes_of(names: Sequence[str], law: Law) -> dict[str, int]:
     """Return the sizes of quantities that vary, in the order of their names."""
+    own = {name: quantity.size for name, quantity in QUANTITIES.items()}
     chains = {chain: len(gains) for chain, gains in law.gains.items()}
-    return {name: (QUANTITIES | TUNING | chains)[name] for name in names}
+    return {name: (own | TUNING | chains)[name] for name in names}
+
+
+def constants_of(guidance: Guidance, names: Iterable[str]) -> Guidance:
+    """Return a guidance of which all is a constant of the graph: where the tuning varies, with some or other in its place."""
+    return guidance if set(names) <= set(QUANTITIES) else dataclasses.replace(guidance, law=_untuned(guidance.law))
 
 
 def parameters_of(names: Sequence[str], law: Law) -> Any:
@@ -90,7 +126,7 @@ def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[
     for name, values in (given or {}).items():
         if name not in QUANTITIES:
             raise UnknownNameError("what varies", name, QUANTITIES)
-        shape, size = shape_of(values), QUANTITIES[name]
+        shape, (size, sign) = shape_of(values), QUANTITIES[name]
         if shape not in (
             {(count,), (count, 3)} if name == "inertia_scale" else {(count,) if size == 1 else (count, 3)}
         ):
@@ -98,18 +134,22 @@ def given_quantities(given: Mapping[str, ArrayLike] | None, count: int) -> dict[
             raise ShapeError(f"{name} must have shape {wanted} (got {shape}); give one value a flight")
         array = numbers(values, name, shape or ())
         columns = np.tile(array, (size, 1)) if array.ndim == 1 else array.T
-        if name != "wind" and not np.all(columns > 0):
+        if sign and not np.all(columns > 0 if sign == POSITIVE else columns >= 0):
             raise InputError(
-                f"{name} must be finite and positive in every flight (got {shortened(array.tolist())}); correct it"
+                f"{name} must be finite and {sign} in every flight (got {shortened(array.tolist())}); correct it"
             )
         result[name] = np.ascontiguousarray(columns)
     return result
 
 
-def require_effect(names: Iterable[str], truth: Vehicle, interface: str) -> None:
+def require_effect(names: Iterable[str], truth: Vehicle, interface: str, is_noisy: bool) -> None:
     """Raise `InputError` when something varies that the vehicle that flies does not have."""
+    rotors = truth.rotors if interface == "wrench" else None
     has = {
-        "thrust_scale": (truth.rotors is not None and interface == "wrench", "rotors that the law commands"),
+        "thrust_scale": (rotors is not None, "rotors that the law commands"),
+        "lag_scale": (rotors is not None and np.any(rotors.lag), "rotors that the law commands and that lag"),
+        "noise_scale": (is_noisy, "sensors that are noisy"),
+        "rate_bandwidth": (interface == "rates", "an inner loop that takes body rates"),
         "force_scale": (truth.feels_the_air, "forces other than buoyancy"),
         "wind": (truth.feels_the_air, "forces that depend on the air"),
     }
@@ -120,18 +160,15 @@ def require_effect(names: Iterable[str], truth: Vehicle, interface: str) -> None
 
 
 def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
-    """Return the tuning of laws that differ in nothing else, (k, laws) by name; none of it where they do not differ at all.
+    """Return the tuning of laws that differ in nothing else, (k, laws) by name.
 
     Raises:
         InputError: They differ in more than poles, approach speed and observer bandwidths.
     """
-    first = laws[0]
     for law in laws:
         instance(law, Law, "each of the laws", "make one with gs.design(vehicle, path)")
-    if all(law is first for law in laws):
-        return {}
-    untuned = _untuned(first).signature
-    if any(_untuned(law).signature != untuned for law in {id(each): each for each in laws}.values()):
+    first, kinds = laws[0], {_kind(law): law for law in laws}
+    if len({_untuned(law).signature for law in kinds.values()}) > 1:
         raise InputError(
             "laws of flights that are flown together must differ in poles, approach speed and observer bandwidths alone (got laws of "
             "other vehicles or paths); fly them apart"
@@ -144,6 +181,15 @@ def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
             if getattr(first.rejection, name) is not None:
                 columns[f"{name}_observer"] = np.array([[getattr(law.rejection, name) for law in laws]])
     return columns
+
+
+def _kind(law: Law) -> tuple[Any, ...]:
+    """Return what tells apart laws that may differ in more than their tuning: the objects that they share otherwise."""
+    approach, rejection = law.approach, law.rejection
+    has = (rejection.force is None, rejection.torque is None) if isinstance(rejection, Observer) else id(rejection)
+    bounds = None if approach is None else (approach.thrust_floor, approach.leave, approach.enter)
+    shared = id(law.vehicle), id(law.path), id(law.yaw_output), id(law.estimator)
+    return (*shared, bounds, has, law.interface, tuple(map(len, law.poles.values())))
 
 
 def _untuned(law: Law) -> Law:

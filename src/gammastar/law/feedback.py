@@ -71,7 +71,8 @@ class Feedback:
     @functools.cached_property
     def gains(self) -> dict[str, Any]:
         """Return the gains by chain, k_1 first, (n,) numbers, or graphs of a law from `tuned`; Eqs. (25), (26)."""
-        return {chain: gains_from_poles(poles) for chain, poles in self.poles.items()}
+        distinct = {poles: gains_from_poles(poles) for poles in set(self.poles.values())}
+        return {chain: distinct[poles] for chain, poles in self.poles.items()}
 
     def tangential_gains(self, holds_position: bool) -> Any:
         """Return (k_1, ..., k_4) of the chain along the path, one less for rates; without a position to hold k_1 is zero, Eq. (26)."""

@@ -188,13 +188,15 @@ class Rotors:
         turning = ca.DM(array(speeds, "rotor speeds [rad/s]", (self.count,)))
         return np.asarray(self.wrench(self.thrusts(turning)).full()[:, 0])
 
-    def advanced(self, speeds: Any, commands: Any, interval: float) -> Any:
-        """Graph: return the speeds SX (n,) [rad/s] after an interval [s] of held commands.
+    def advanced(self, speeds: Any, commands: Any, interval: Any) -> Any:
+        """Graph: return the speeds SX (n,) [rad/s] after an interval [s] of held commands, a number or a graph.
 
         Exact for w' = (command - w) / lag: the difference keeps its sign, and with it the time constant, up or down.
         """
-        up, down = (np.exp(-interval / lag) if lag > 0 else 0.0 for lag in self._lags)
-        return commands + (speeds - commands) * _by_way(commands > speeds, up, down)
+        exp = ca.exp if isinstance(interval, ca.SX) else np.exp
+        up, down = (exp(-interval / lag) if lag > 0 else 0.0 for lag in self._lags)
+        left = up if self._lags[0] == self._lags[1] else ca.if_else(commands > speeds, up, down)
+        return commands + (speeds - commands) * left
 
     def mean_thrusts(self, speeds: Any, commands: Any, interval: float) -> Any:
         """Graph: return the thrusts SX (n,) [N] in the mean over an interval [s] of held commands, from speeds at its start.

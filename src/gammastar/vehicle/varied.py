@@ -20,8 +20,8 @@ class Scales(NamedTuple):
     force: Any = 1.0  # SX, of all forces but buoyancy
 
 
-def varied(vehicle: Vehicle, scales: Scales) -> Vehicle:
-    """Graph: return a vehicle that builds graphs as any other does, with its numbers scaled by graphs.
+def varied(vehicle: Vehicle, scales: Scales, rate_bandwidth: Any = None) -> Vehicle:
+    """Graph: return a vehicle that builds graphs as any other does, with its numbers scaled by graphs, or another rate bandwidth.
 
     It is for building graphs alone: it has no signature, and nothing about it was checked.
     """
@@ -32,6 +32,7 @@ def varied(vehicle: Vehicle, scales: Scales) -> Vehicle:
         "inertia": ca.DM(np.asarray(vehicle.inertia)) * outer,
         "inverse_inertia": ca.DM(np.asarray(vehicle.inverse_inertia)) / outer,
         "force_scale": scales.force,
+        "rate_bandwidth": vehicle.rate_bandwidth if rate_bandwidth is None else rate_bandwidth,
     }
     result = copy.copy(vehicle)
     for name in ("signature", *given):
@@ -40,16 +41,20 @@ def varied(vehicle: Vehicle, scales: Scales) -> Vehicle:
     return result
 
 
-def scaled(vehicle: Vehicle, scales: Scales, thrust: float = 1.0) -> Vehicle:
-    """Return a vehicle with its numbers scaled by numbers, and the thrust coefficients of its rotors by one more."""
+def scaled(
+    vehicle: Vehicle, scales: Scales, thrust: float = 1.0, lag: float = 1.0, rate_bandwidth: float | None = None
+) -> Vehicle:
+    """Return a vehicle with its numbers scaled by numbers, those of its rotors too, or with another rate bandwidth [rad/s]."""
     root = np.sqrt(np.broadcast_to(np.asarray(scales.inertia, dtype=float), 3))
     rotors = vehicle.rotors
     if rotors is not None:
-        rotors = dataclasses.replace(rotors, thrust_coefficient=thrust * np.asarray(rotors.thrust_coefficient))
+        coefficients, lags = thrust * np.asarray(rotors.thrust_coefficient), lag * np.asarray(rotors.lag)
+        rotors = dataclasses.replace(rotors, thrust_coefficient=coefficients, lag=lags.tolist())
     return dataclasses.replace(
         vehicle,
         mass=float(scales.mass) * vehicle.mass,
         inertia=np.asarray(vehicle.inertia) * np.outer(root, root),
         forces=[force.scaled(float(scales.force)) for force in vehicle.forces],
         rotors=rotors,
+        rate_bandwidth=vehicle.rate_bandwidth if rate_bandwidth is None else rate_bandwidth,
     )
