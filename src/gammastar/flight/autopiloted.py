@@ -95,20 +95,20 @@ class AutopilotLoop:
 
     def start(self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0) -> np.ndarray:
         """Return the loop state at the start of a flight from a stacked state (20,)."""
-        return self.starts(state[:, None], np.array([parameter]), [self.reference], seed, [flight])[:, 0]
+        return self.starts(state[:, None], self.law.place(parameter)[:, None], [self.reference], seed, [flight])[:, 0]
 
     def starts(
         self,
         states: np.ndarray,
-        parameters: np.ndarray,
+        places: np.ndarray,
         references: Sequence[Reference],
         seed: int,
         flights: ArrayLike,
         varying: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the loop states (n, flights) at the starts of flights from stacked states (20, flights) with parameters (p, flights)."""
+        """Return the loop states (n, flights) at the starts of flights; arguments as for `ClosedLoop.starts`."""
         started = engine.compiled(("start", self.signature), self._started)
-        given = states, self.law.places(parameters), np.empty((0, len(parameters))) if varying is None else varying
+        given = states, places, np.empty((0, places.shape[1])) if varying is None else varying
         return np.vstack([started(*given).full(), self.wind.start(seed, flights)])
 
     def _started(self) -> Any:

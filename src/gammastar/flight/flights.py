@@ -21,7 +21,7 @@ from gammastar.flight.reductions import columns_of
 from gammastar.flight.summary import Summary
 from gammastar.flight.task import Chance, Task
 from gammastar.flight.variation import sizes_of
-from gammastar.law import AnyReference
+from gammastar.law import AnyReference, Law
 from gammastar.vehicle import Scales, State, scaled
 
 QUANTILES = {"min": 0.0, "5%": 0.05, "median": 0.5, "95%": 0.95, "max": 1.0}
@@ -32,6 +32,7 @@ class Flights(Mapping[str, np.ndarray]):
     """Columns (n,) by name, in the order of the starts; NaN where there is nothing to tell.  Made by `fly_many`."""
 
     task: Task
+    laws: tuple[Law, ...]  # one a flight, as they were given
     starts: tuple[State, ...]
     loops: tuple[ClosedLoop | AutopilotLoop | None, ...]  # None where a flight could not start
     numbers: np.ndarray  # (n,) of the flights, with which their noise goes
@@ -123,11 +124,11 @@ class Flights(Mapping[str, np.ndarray]):
                 {},
             )
         first = self.firsts[:, np.searchsorted(self.flown, place)]
-        reference = self.references[place] if self.references else self.task.reference
-        phases = [Phase(0, loop.law, reference)]
+        law, reference = self.laws[place], self.references[place] if self.references else self.task.reference
+        phases = [Phase(0, law, reference)]
         chance = Chance(self.seed, int(self.numbers[place]))
         shown = self._alone(loop, place) if self.varied else loop
-        task = dataclasses.replace(self.task, law=loop.law, reference=reference)
+        task = dataclasses.replace(self.task, law=law, reference=reference)
         given = task, self.starts[place], shown, first, self.steps, phases, chance
         return recorded(*given, machine=self.machine, family=Family(loop.step(), self.parameters[:, place]))
 

@@ -124,29 +124,29 @@ class ClosedLoop:
         self, state: np.ndarray, parameter: float, seed: int = 0, flight: int = 0, held: np.ndarray | None = None
     ) -> np.ndarray:
         """Return the loop state (27,) at the start of a flight or phase; the input held before is, by default, the law's there."""
-        first = self.starts(state[:, None], np.array([parameter]), [self.reference], seed, [flight])[:, 0]
+        first = self.starts(state[:, None], self.law.place(parameter)[:, None], [self.reference], seed, [flight])[:, 0]
         first[HELD] = first[HELD] if held is None else held
         return first
 
     def starts(
         self,
         states: np.ndarray,
-        parameters: np.ndarray,
+        places: np.ndarray,
         references: Sequence[Reference],
         seed: int,
         flights: ArrayLike,
         varying: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the loop states (27, n) at the starts of flights from stacked states (20, n) with parameters (p, n).
+        """Return the loop states (27, n) at the starts of flights from stacked states (20, n), nearest at places (1 + data_size, n).
 
-        Each has its reference, or all have one.
+        Each has its reference, or all have one; what varies is (p, n).
         """
-        keys = parameters if self.reference.over_progress else np.zeros(len(parameters))
+        keys = places[0] if self.reference.over_progress else np.zeros(places.shape[1])
         pairs = zip(references, keys, strict=True) if len(references) > 1 else [(references[0], keys)]
         data = np.hstack([reference.pieces.data(np.atleast_1d(key)) for reference, key in pairs])
         started = engine.compiled(("start", *self.signature[1:]), self._started)
-        given = np.empty((0, len(parameters))) if varying is None else varying
-        return np.asarray(started(states, self.law.places(parameters), data, given).full())
+        given = np.empty((0, places.shape[1])) if varying is None else varying
+        return np.asarray(started(states, places, data, given).full())
 
     def guided(self, guidance: Guidance) -> ClosedLoop:
         """Return the same loop with another law, reference or heading."""

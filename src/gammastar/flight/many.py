@@ -22,10 +22,11 @@ from gammastar.flight.noise import SensorNoise
 from gammastar.flight.reductions import FIRST, LATE, NEVER, Parameters, reduced
 from gammastar.flight.sensors import Sensors
 from gammastar.flight.task import Task, task
-from gammastar.flight.variation import given_quantities, tunings
+from gammastar.flight.variation import given_quantities, tunings, with_path_data
 from gammastar.flight.wind import Wind
 from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
+from gammastar.lookup import Table
 from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
@@ -60,10 +61,11 @@ def fly_many(
     """Fly a law from many starts and return what is worth knowing of every flight; arguments that are not listed are those of `fly`.
 
     Memory does not grow with the length of the flights.  What becomes of a flight depends on its start and its number, not on the others;
-    one that cannot start is told as such, and raises nothing.  The path stays the same: replacements are flown by `fly`.
+    one that cannot start is told as such, and raises nothing.  Each keeps its path: replacements are flown by `fly`.
 
     Args:
-        law: From `design`; or one a flight, of laws that differ in poles, approach speed and observer bandwidths alone.
+        law: From `design`; or one a flight, of laws that differ in poles, approach speed, observer bandwidths and the numbers of their
+            paths alone, such as courses through other waypoints, or circles of other radii.
         starts: One a flight.
         speed: Constant speed along the path [path parameter/s]; or one a flight, (flights,).
         seed: Of noise, sensors and gusts of all flights.
@@ -97,17 +99,17 @@ def fly_many(
         raise InputError(
             f"places to record must be below the number of flights {len(begun)} (got {max(kept)}); count from zero"
         )
-    own = _speeds(speed, len(begun))
+    own, flying = _speeds(speed, len(begun)), with_path_data(laws)
     common: Any = own[0].speed if own else speed
-    wanted = task(laws[0], common, reference, yaw_reference, heading, settled_within)
+    wanted = task(flying[0], common, reference, yaw_reference, heading, settled_within)
     conditions = Conditions(duration, step, feedback, rate, integrator, truth, noise, sensors, wind)
     _, _, steps = conditions.timing(wanted.law)
-    variation = given_quantities(varied, len(begun)) | (tunings(laws) if isinstance(law, Iterable) else {})
+    variation = given_quantities(varied, len(begun)) | (tunings(flying) if isinstance(law, Iterable) else {})
     conditions.require_possible(variation, wanted.law)
     parameters = np.vstack([np.empty((0, len(begun))), *variation.values()])
     asked: Sequence[AnyReference] = own or [wanted.reference]
     keys = whole(seed, "seed"), numbers
-    loops, firsts = _begun(wanted, laws, asked, begun, conditions, *keys, tuple(variation), parameters)
+    loops, firsts = _begun(wanted, flying, asked, begun, conditions, *keys, tuple(variation), parameters)
     flown = np.array([place for place, loop in enumerate(loops) if loop is not None], dtype=int)
     final = np.tile(NEVER[:, None], len(begun))
     if flown.size:
@@ -128,6 +130,7 @@ def fly_many(
         final[:, flown] = ended[len(firsts) :]
     result = Flights(
         wanted,
+        tuple(laws[: len(begun)]),
         tuple(begun),
         tuple(loops),
         numbers,
@@ -159,16 +162,17 @@ def _begun(
     """Return the loop of every flight, None where it cannot start, and the states (n, flights) of the others at their starts."""
     law = wanted.law
     states = np.array([start.vector(law.vehicle.weight) for start in starts]).reshape(-1, STATE_SIZE).T
-    parameters = law.path.start_parameters(states[:3].T)
-    begins = np.flatnonzero(law.can_start(states, parameters))
+    paths = [each.path for each in laws]
+    places = _nearest(paths, states[:3].T)
+    begins = np.flatnonzero(law.can_start(states, places))
     loops: list[ClosedLoop | AutopilotLoop | None] = [None] * len(starts)
     if not begins.size:
         return loops, np.empty((0, 0))
-    references = _resolved(
-        [asked[k] for k in begins.tolist()] if len(asked) > 1 else asked, law.path, parameters[begins]
-    )
+    chosen = begins.tolist()
+    wishes = [asked[k] for k in chosen] if len(asked) > 1 else asked
+    references = _resolved(wishes, [paths[k] for k in chosen], places[0, begins])
     loop = dataclasses.replace(conditions.loop(Guidance(law, references[0], wanted.yaw)), varied=names)
-    firsts = loop.starts(states[:, begins], parameters[begins], references, seed, numbers[begins], varying[:, begins])
+    firsts = loop.starts(states[:, begins], places[:, begins], references, seed, numbers[begins], varying[:, begins])
     finite = np.isfinite(firsts).all(axis=0)
     for index in np.flatnonzero(finite):
         own, reference = laws[begins[index]], references[0 if len(references) == 1 else index]
@@ -186,32 +190,51 @@ def _speeds(speed: ArrayLike | None, count: int) -> list[Speed]:
     return [distinct[each] for each in given]
 
 
-def _resolved(asked: Sequence[AnyReference], path: Path, parameters: np.ndarray) -> list[Reference]:
-    """Return the references of flights from parameters (n,), each by its own wish or all by one.
+def _nearest(paths: list[Path], positions: np.ndarray) -> np.ndarray:
+    """Return the places (1 + data_size, n) of the points of paths nearest to positions (n, 3) [m], each of its own path."""
+    places = np.empty((1 + paths[0].data_size, len(positions)))
+    of = dict[int, list[int]]()
+    for k in range(len(positions)):
+        of.setdefault(id(paths[k]), []).append(k)
+    for own in of.values():
+        path = paths[own[0]]
+        parameters = path.start_parameters(positions[own])
+        places[:, own] = np.vstack([parameters, path.data(parameters)])
+    return places
+
+
+def _resolved(asked: Sequence[AnyReference], paths: list[Path], parameters: np.ndarray) -> list[Reference]:
+    """Return the references of flights along paths from parameters (n,), each by its own wish or all by one.
 
     It is the only one if one speed leaves the place free, which is the same for all.
     """
-    first = asked[0].resolved(path, float(parameters[0]))
-    if len(asked) == 1 and isinstance(asked[0], Speed) and not first.holds_position:
+    first = asked[0].resolved(paths[0], float(parameters[0]))
+    is_one = len(asked) == 1 and all(path is paths[0] or path.ends is None for path in paths)
+    if is_one and isinstance(asked[0], Speed) and not first.holds_position:
         return [first]
-    wishes = itertools.cycle(asked)
-    found = [wish.resolved(path, float(each)) for wish, each in zip(wishes, parameters, strict=False)]
+    each = zip(itertools.cycle(asked), paths, parameters.tolist(), strict=False)
+    found = [wish.resolved(path, parameter) for wish, path, parameter in each]
     if any(each.holds_position != first.holds_position for each in found):
         raise InputError(
-            "flights that are flown together must all hold a place in the end, or none (got speeds of zero and others along a path that "
-            "ends); fly them apart"
+            "flights that are flown together must all hold a place in the end, or none (got paths that end and others, or speeds of zero "
+            "and others along a path that ends); fly them apart"
         )
     return found
 
 
 def _together(loops: list[Any], wanted: Task, firsts: np.ndarray, steps: int) -> tuple[engines.Step, np.ndarray]:
-    """Return the step that all flights take, with a table of the reference for each where they differ, and its parameters (5, flights)."""
-    step, references = reduced(loops[0]), [loop.reference for loop in loops]
-    if any(each is not references[0] for each in references):
-        tables = [each.lookup.table for each in references]
-        lookup = step.lookups[0]._replace(table=tables)
-        step = dataclasses.replace(step, lookups=(lookup, *step.lookups[1:]))
+    """Return the step that all flights take, with a table for each of whatever differs in them, and its parameters (5, flights)."""
+    step = reduced(loops[0])
+    tables = zip(
+        *((each.reference.lookup.table, *(of.table for of in each.law.path.lookups)) for each in loops), strict=True
+    )
+    lookups = [lookup._replace(table=_one(own)) for lookup, own in zip(step.lookups, tables, strict=True)]
     late = LATE * (steps * loops[0].interval)
-    ends = wanted.law.path.ends or (-np.inf, np.inf)
+    ends = np.array([each.law.path.ends or (-np.inf, np.inf) for each in loops]).T
     given = Parameters(least_thrust(firsts), late, wanted.settled_within, *ends)
-    return step, np.vstack(np.broadcast_arrays(*given))
+    return dataclasses.replace(step, lookups=tuple(lookups)), np.vstack(np.broadcast_arrays(*given))
+
+
+def _one(tables: tuple[Table, ...]) -> Table | tuple[Table, ...]:
+    """Return the tables of flights as one where it is the same in all of them."""
+    return tables[0] if all(each is tables[0] for each in tables) else tables

@@ -160,18 +160,16 @@ def require_effect(names: Iterable[str], truth: Vehicle, interface: str, is_nois
 
 
 def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
-    """Return the tuning of laws that differ in nothing else, (k, laws) by name.
+    """Return the tuning of laws that differ in that and in their paths' data alone, (k, laws) by name.
 
     Raises:
-        InputError: They differ in more than poles, approach speed and observer bandwidths.
+        InputError: They differ in more than poles, approach speed, observer bandwidths and the data of their paths.
     """
-    for law in laws:
-        instance(law, Law, "each of the laws", "make one with gs.design(vehicle, path)")
     first, kinds = laws[0], {_kind(law): law for law in laws}
     if len({_untuned(law).signature for law in kinds.values()}) > 1:
         raise InputError(
-            "laws of flights that are flown together must differ in poles, approach speed and observer bandwidths alone (got laws of "
-            "other vehicles or paths); fly them apart"
+            "laws of flights that are flown together must differ in poles, approach speed, observer bandwidths and the numbers of their "
+            "paths alone (got laws of other vehicles, or of paths with other formulas); fly them apart"
         )
     columns = {chain: np.array([law.gains[chain] for law in laws]).T for chain in first.gains}
     if first.approach is not None:
@@ -188,8 +186,19 @@ def _kind(law: Law) -> tuple[Any, ...]:
     approach, rejection = law.approach, law.rejection
     has = (rejection.force is None, rejection.torque is None) if isinstance(rejection, Observer) else id(rejection)
     bounds = None if approach is None else (approach.thrust_floor, approach.leave, approach.enter)
-    shared = id(law.vehicle), id(law.path), id(law.yaw_output), id(law.estimator)
+    shared = id(law.vehicle), law.path.graph_key, id(law.yaw_output), id(law.estimator)
     return (*shared, bounds, has, law.interface, tuple(map(len, law.poles.values())))
+
+
+def with_path_data(laws: Sequence[Law]) -> list[Law]:
+    """Return laws whose paths share a graph where they can: of paths that differ the numbers become data."""
+    for law in {id(law): law for law in laws}.values():
+        instance(law, Law, "law", "make one with gs.design(vehicle, path)")
+    if all(law.path is laws[0].path for law in laws):
+        return list(laws)
+    paths = {id(law.path): law.path.with_data() for law in laws}
+    found = {id(law): dataclasses.replace(law, path=paths[id(law.path)]) for law in laws}
+    return [found[id(law)] for law in laws]
 
 
 def _untuned(law: Law) -> Law:

@@ -102,11 +102,9 @@ class Law(Feedback):
             )
         return x, parameter
 
-    def can_start(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Return whether the law has an input (n,) at stacked states (20, n), nearest at path parameters (n,)."""
-        has_foot = (
-            self.approach is not None or self._numbers(states, self.places(parameters))[4].full()[0] > SMALLEST_MARGIN
-        )
+    def can_start(self, states: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return whether the law has an input (n,) at stacked states (20, n), nearest at places (1 + data_size, n)."""
+        has_foot = self.approach is not None or self._numbers(states, places)[4].full()[0] > SMALLEST_MARGIN
         return np.asarray((states[18] > 0) & has_foot)
 
     def focal_margin(self, state: np.ndarray, parameter: float) -> float:

@@ -65,6 +65,10 @@ class Path(ABC):
         """Return what names the path's graph: paths with one key differ in their data alone."""
         return self
 
+    def with_data(self) -> Path:
+        """Return the same path with its numbers as data where they can be: paths of one formula then have one `graph_key`."""
+        return self
+
     @property
     def lookups(self) -> tuple[Lookup, ...]:
         """Return what is looked up at a parameter: the numbers that the graph needs beside it, such as the coefficients of a segment."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -19,8 +19,8 @@ from gammastar.checks import instance
 from gammastar.errors import InputError, PathError
 from gammastar.lookup import Lookup, Table, the_key
 from gammastar.path.base import JET_ORDER
-from gammastar.path.curve import ParametricPath
 from gammastar.path.jet import Jet
+from gammastar.path.parametric import ParametricPath
 from gammastar.path.waypoints import ENDLESS, OUTSIDE
 from gammastar.taylor import Series
 
@@ -48,6 +48,11 @@ class MetricPath(ParametricPath):
             "plane_normal": self.inner.plane_normal,
         }.items():
             object.__setattr__(self, name, value)
+
+    def with_data(self) -> MetricPath:
+        """Return the same path with the numbers of the one below as data."""
+        inner = self.inner.with_data()
+        return self if inner is self.inner else replace(self, inner=inner)
 
     @property
     def graph_key(self) -> Hashable:

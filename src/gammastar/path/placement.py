@@ -73,9 +73,11 @@ class Placement:
         return np.asarray(self.position + self.scale * local @ np.asarray(self.rotation).T)
 
     def vector(self, local: Any) -> Any:
-        """Graph: return position + scale R x for a column or three scalars; exact zeros of the rotation cost nothing."""
-        column = ca.vertcat(*local) if isinstance(local, (tuple, list)) else local
-        return sparse(self.position) + ca.mtimes(sparse(self.scale * np.asarray(self.rotation)), column)
+        """Graph: return position + scale R x for a column or three scalars; zeros of the rotation cost nothing."""
+        entries = local if isinstance(local, (tuple, list, np.ndarray)) else ca.vertsplit(local)
+        matrix, position = (self.scale * np.asarray(self.rotation)).tolist(), np.asarray(self.position).tolist()
+        rows = zip(position, matrix, strict=True)
+        return ca.vertcat(*(p + (a * entries[0] + b * entries[1] + c * entries[2]) for p, (a, b, c) in rows))
 
     def local(self, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
         """Graph: return R^T (chi - position) / scale, the inverse of `vector`, as three scalars."""

@@ -23,10 +23,10 @@ from gammastar.checks import number, truth
 from gammastar.errors import InputError
 from gammastar.lookup import Lookup, Table, the_key
 from gammastar.path.base import JET_ORDER
-from gammastar.path.curve import ParametricPath
 from gammastar.path.extension import extended, run_out
 from gammastar.path.interpolation import FARTHEST, interpolated
 from gammastar.path.jet import Jet
+from gammastar.path.parametric import ParametricPath
 from gammastar.path.regularity import check_regular
 from gammastar.path.spline import Spline
 
