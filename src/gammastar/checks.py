@@ -41,14 +41,14 @@ def magnitude(value: object, name: str, *, above: float | None = None, at_least:
     return result
 
 
-def whole(value: object, name: str) -> int:
-    """Return a whole number from zero, one of Python's own to its last digit, or raise `InputError` naming it."""
-    result = number(value, name, at_least=0)
-    if isinstance(value, Integral):
-        return int(value)
-    if result != int(result):
+def whole(value: object, name: str, at_least: int = 0, at_most: int | None = None) -> int:
+    """Return a whole number, one of Python's own to its last digit, or raise `InputError` naming it."""
+    result = number(value, name, at_least=at_least)
+    if not isinstance(value, Integral) and result != int(result):
         raise InputError(f"{name} must be a whole number (got {result:g}); round it")
-    return int(result)
+    if at_most is not None and result > at_most:
+        raise InputError(f"{name} must be at most {at_most:,} (got {result:g}); lower it")
+    return int(value) if isinstance(value, Integral) else int(result)
 
 
 def array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from gammastar import mission
-from gammastar.campaign.store import Manifest, Store, arrow
+from gammastar.campaign.manifest import Manifest
+from gammastar.campaign.store import Store, arrow
 
 COUNT = 4_000
 STRONG = 0.8  # of the thrust scale over the mass scale, below which made-up flights fail

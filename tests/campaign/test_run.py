@@ -174,10 +174,12 @@ def test_a_full_disk_leaves_what_goes_on(
     ("given", "kind", "said"),
     [
         ({"flights": 0}, InputError, "flights must be at least 1"),
-        ({"flights": -3}, InputError, "flights must be at least 0"),
+        ({"flights": -3}, InputError, "flights must be at least 1"),
+        ({"flights": 10**9 + 1}, InputError, "flights must be at most 1,000,000,000"),
         ({"flights": 2.5}, InputError, "flights must be a whole number"),
         ({"workers": 0}, InputError, "workers must be at least 1"),
         ({"part": 0}, InputError, "flights in a part must be at least 1"),
+        ({"workers": -1}, InputError, "workers must be at least 1"),
         ({"seed": -1}, InputError, "seed must be at least 0"),
         ({"machine": "gpu"}, UnknownNameError, "machine must be one of"),
         ({"mission": "upright"}, InputError, "load one with"),

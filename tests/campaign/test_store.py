@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from gammastar.campaign.lock import LOCK
-from gammastar.campaign.store import MANIFEST, Manifest, Store, arrow
+from gammastar.campaign.manifest import Manifest
+from gammastar.campaign.store import MANIFEST, Store, arrow
 from gammastar.errors import CampaignError
 
 pyarrow, parquet = arrow()
@@ -73,11 +74,24 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
         Store.read(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": 1}', '{"format": 1, "seed": 3}', "\x00"])
+BROKEN = ["", "{", "[]", '{"format": 1}', '{"format": 1, "seed": 3}', "\x00", "null", "[" * 100_000]
+CHANGES = {
+    "flights": [0, -1, "6", 2.5, None, True, 1e300, 10**30],
+    "part": [0, "x", None],
+    "seed": [-1, None],
+    "mission": [None, 3],
+    "machine": [None],
+    "more": [1],
+}
+EDITED = [json.dumps(dataclasses.asdict(GIVEN) | {name: value}) for name, values in CHANGES.items() for value in values]
+
+
+@pytest.mark.parametrize("text", BROKEN + EDITED, ids=range(len(BROKEN + EDITED)))
 def test_a_broken_manifest_is_refused_in_one_sentence(tmp_path: Path, text: str) -> None:
     (tmp_path / MANIFEST).write_text(text)
-    with pytest.raises(CampaignError, match="must be one that a campaign wrote"):
+    with pytest.raises(CampaignError, match="must be one that a campaign wrote") as error:
         Store.read(tmp_path)
+    assert str(error.value).count(";") == 1
 
 
 def test_a_later_format_names_the_version_that_reads_it(tmp_path: Path) -> None:
@@ -104,6 +118,32 @@ def test_a_part_of_another_campaign_or_place_counts_as_missing(tmp_path: Path) -
     assert store.missing() == [0, 1, 2]
     with pytest.raises(CampaignError, match="must hold flights"):
         store.dataset()
+
+
+def test_a_manifest_that_was_edited_has_no_flights(tmp_path: Path) -> None:
+    filled(tmp_path, [0, 1, 2])
+    (tmp_path / MANIFEST).write_text(dataclasses.replace(GIVEN, mission="title = 'y'\n").text())
+    store = Store.read(tmp_path)
+    assert store.held() == {}
+    assert store.row(3) is None
+    (tmp_path / MANIFEST).write_text(dataclasses.replace(GIVEN, flights=12).text())
+    assert Store.read(tmp_path).held() == {0: 10, 1: 2}
+
+
+def test_a_row_is_found_and_a_broken_part_told(tmp_path: Path) -> None:
+    store = filled(tmp_path, [0, 2])
+    row = store.row(24)
+    assert row is not None
+    assert row["value"] == 12.0
+    assert store.row(13) is None
+    content = bytearray(store.path(0).read_bytes())
+    content[4:40] = bytes(36)
+    store.path(0).write_bytes(content)
+    assert store.count(0) == 10
+    with pytest.raises(
+        CampaignError, match=r"00000000.parquet must hold rows that can be read .* it flies that once more"
+    ):
+        store.row(3)
 
 
 def test_other_files_beside_the_parts_are_left_alone(tmp_path: Path) -> None:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import duckdb
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 from campaign.rows import stored, write
+from gammastar.campaign.manifest import Manifest
 from gammastar.campaign.rate import percent, wilson
-from gammastar.campaign.store import Manifest, Store
+from gammastar.campaign.store import Store
 from gammastar.campaign.study import Study
-from gammastar.errors import InputError
+from gammastar.errors import CampaignError, InputError
 from gammastar.mission.load import parse
 
 COUNT = 5_000
@@ -82,6 +84,26 @@ def test_a_folder_may_have_any_name(name: str, data: dict[str, np.ndarray], tmp_
     stored(tmp_path / "xzy", few, part=5)
     study = Study(stored(tmp_path / name, few, part=5))
     assert study.rate().flights == study.store.dataset().count_rows() == 10
+
+
+def test_a_broken_part_is_told_and_a_wrong_question_is_the_databases(
+    data: dict[str, np.ndarray], tmp_path: Path
+) -> None:
+    store = stored(tmp_path, data, part=1000)
+    with pytest.raises(duckdb.BinderException):
+        Study(store).asked("SELECT nothing FROM flights")
+    content = bytearray(store.path(1).read_bytes())
+    content[4:1000] = bytes(996)
+    store.path(1).write_bytes(content)
+    with pytest.raises(CampaignError, match="must hold rows that can be read"):
+        Study(store).asked("SELECT sum(flight) FROM flights")
+
+
+def test_numbers_too_large_for_bins_are_in_none(tmp_path: Path) -> None:
+    rows = {"flight": np.arange(4), "status": np.full(4, "completed"), "settled": np.full(4, True)}
+    study = Study(stored(tmp_path, rows | {"x.y": np.array([-1e308, 1e308, 1.0, 2.0])}))
+    assert study.ends("x.y") == (1.0, 2.0)
+    assert sum(each.rate.flights for each in study.by("x.y", 10)) == 2
 
 
 def test_a_folder_may_be_named_from_where_one_stands(

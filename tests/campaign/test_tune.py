@@ -187,7 +187,7 @@ def test_a_cost_that_vanishes_is_infinitely_less() -> None:
     [
         ({}, {"flights": 0}, "flights must be at least 1"),
         ({}, {"evaluations": 0}, "evaluations must be at least 1"),
-        ({}, {"evaluations": -3}, "evaluations must be at least 0"),
+        ({}, {"evaluations": -3}, "evaluations must be at least 1"),
         ({}, {"only": "transverse"}, "only must be a list"),
         ({}, {"only": ["transversal"]}, "what is tuned must be one of"),
         ({}, {"cost": {"time": 1.0}}, "a term of a cost"),

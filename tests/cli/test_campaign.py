@@ -110,6 +110,15 @@ def test_what_cannot_be_run_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_link_that_leads_nowhere_is_no_place(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """To nowhere, and in a circle."""
+    for name, target in (("lost", "nowhere"), ("loop", "loop")):
+        (tmp_path / name).symlink_to(tmp_path / target)
+        assert run(file, tmp_path / name / "out") == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"{tmp_path / name} is a link that leads nowhere" in line
+
+
 def test_a_mission_without_a_campaign_says_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["campaign", "upright", "--flights", "3", "--out", str(tmp_path / "out")]) == 2
     assert "say in [[campaign.vary]] what varies" in capsys.readouterr().err

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from campaign.rows import COUNT, hummingbird, known, stored
-from gammastar.campaign.store import MANIFEST, Manifest, Store
+from gammastar.campaign.manifest import Manifest
+from gammastar.campaign.store import MANIFEST, Store
 from gammastar.cli import main
 from gammastar.figures.save import save
 
@@ -93,7 +94,7 @@ def test_a_folder_without_flights_is_refused(tmp_path: Path, capsys: pytest.Capt
     for name, said in {
         "nowhere": f"no {MANIFEST} in it",
         "empty": f"no {MANIFEST} in it",
-        "begun": "must hold flights (got none yet)",
+        "begun": f"must hold flights of the campaign in its {MANIFEST} (got none yet)",
         f"begun/{MANIFEST}": "must be one that a campaign wrote",
     }.items():
         assert main(["study", str(tmp_path / name), "--out", str(tmp_path / "out")]) == 2

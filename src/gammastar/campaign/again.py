@@ -10,7 +10,7 @@ import numpy as np
 
 from gammastar.campaign.flown import flown, rows
 from gammastar.campaign.setting import Setting
-from gammastar.campaign.store import Store, arrow
+from gammastar.campaign.store import Store
 from gammastar.checks import whole
 from gammastar.errors import GammastarError, InputError
 from gammastar.flight import FlightRecord, Flights
@@ -34,7 +34,9 @@ def flown_again(store: Store, mission: Mission, number: int) -> Again:
         raise InputError(
             f"number of a flight must be below the {manifest.flights} of the campaign (got {number}); count from zero"
         )
-    row, numbers, setting = _row(store, number), np.array([number]), Setting(mission, manifest.seed)
+    row, numbers, setting = store.row(number), np.array([number]), Setting(mission, manifest.seed)
+    if row is None:
+        raise InputError(f"flight {number} must have been flown (got no row of it yet); let the campaign go on first")
     case = next(setting.cases(numbers, setting.sample(numbers)))
     if isinstance(case.mission, GammastarError):
         raise InputError(f"flight {number} must be one that began (got one that was refused: {case.mission})")
@@ -44,14 +46,3 @@ def flown_again(store: Store, mission: Mission, number: int) -> Again:
         raise InputError(f"flight {number} must be one that began (got one that was refused: {result})") from result
     again = rows(setting, [number], manifest.machine, 1).to_pylist()[0]
     return Again(case.alone(), result.record(0), row, repr(again) == repr(row))
-
-
-def _row(store: Store, number: int) -> dict[str, Any]:
-    """Return the row of a flight."""
-    _, parquet = arrow()
-    file = store.path(number // store.manifest.part)
-    there = parquet.read_table(file, filters=[("flight", "=", number)]).to_pylist() if file.exists() else []
-    if not there:
-        raise InputError(f"flight {number} must have been flown (got no row of it yet); let the campaign go on first")
-    row: dict[str, Any] = there[0]
-    return row

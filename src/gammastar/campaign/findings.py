@@ -7,8 +7,9 @@ from typing import Any
 
 from gammastar.campaign.answers import Bin, Cause
 from gammastar.campaign.columns import THRUST_TO_WEIGHT, parted, those_of, varied
+from gammastar.campaign.database import SUCCESS
 from gammastar.campaign.rate import CONFIDENCE
-from gammastar.campaign.study import SUCCESS, Study
+from gammastar.campaign.study import Study
 
 BINS = 10
 DISTRIBUTIONS = (

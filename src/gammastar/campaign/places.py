@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from gammastar.campaign.flown import Progress, rows
+from gammastar.campaign.manifest import Manifest
 from gammastar.campaign.setting import Setting
-from gammastar.campaign.store import Manifest
 from gammastar.errors import CampaignError, MissingExtraError
 from gammastar.mission.load import parse
 from gammastar.version import VERSION

@@ -14,12 +14,13 @@ import numpy as np
 
 from gammastar.campaign.again import Again, flown_again
 from gammastar.campaign.flown import STEPS, Progress
+from gammastar.campaign.manifest import MOST_FLIGHTS, Manifest
 from gammastar.campaign.places import Flyer, cluster_of, here
 from gammastar.campaign.setting import NEUTRAL, Setting
-from gammastar.campaign.store import MANIFEST, Manifest, Store
+from gammastar.campaign.store import MANIFEST, Store
 from gammastar.campaign.study import Study
 from gammastar.checks import instance, whole
-from gammastar.errors import CompilerError, InputError, MachineWarning, MissingExtraError
+from gammastar.errors import CompilerError, MachineWarning, MissingExtraError
 from gammastar.mission import Mission
 from gammastar.mission.load import parse
 from gammastar.version import VERSION
@@ -145,8 +146,10 @@ def campaign(
         CampaignError: The folder holds something else or cannot be written, or the cluster cannot be used.
     """
     instance(mission, Mission, "mission", "load one with gs.load_mission")
-    count, size = _positive(flights, "flights"), None if part is None else _positive(part, "flights in a part")
-    threads, folder = None if workers is None else _positive(workers, "workers"), Path(out)
+    count = whole(flights, "flights", 1, MOST_FLIGHTS)
+    size = None if part is None else whole(part, "flights in a part", 1, MOST_FLIGHTS)
+    threads = None if workers is None else whole(workers, "workers", 1)
+    folder = Path(out)
     held = Store.read(folder).manifest if (folder / MANIFEST).exists() else None
     source = mission.source()
     setting = Setting(parse(source), mission.file.flight.seed if seed is None else whole(seed, "seed"))
@@ -198,10 +201,3 @@ def _filled(store: Store, setting: Setting, fly: Flyer, progress: Progress | Non
         tally = Tally(tally.rows + len(table), tally.steps + steps, time.perf_counter() - begun)
         tell(0, 0)
     return tally
-
-
-def _positive(value: Any, name: str) -> int:
-    found = whole(value, name)
-    if found < 1:
-        raise InputError(f"{name} must be at least 1 (got {found}); raise it")
-    return found

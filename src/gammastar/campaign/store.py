@@ -11,9 +11,6 @@ what it ends with is what it would have been without the interruption.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
-import hashlib
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,38 +18,11 @@ from pathlib import Path
 from typing import Any
 
 from gammastar.campaign.lock import LOCK, alone
+from gammastar.campaign.manifest import Manifest
 from gammastar.errors import CampaignError, MissingExtraError
 
-FORMAT = 1  # of the folder
 MANIFEST, PARTS, DRAFT = "manifest.json", "parts", ".draft-"
 MARK = b"campaign"  # key of a part's metadata
-
-
-@dataclass(frozen=True)
-class Manifest:
-    """What a campaign's rows follow from, and nothing else."""
-
-    mission: str  # TOML with every default written out
-    seed: int
-    flights: int
-    part: int  # flights in a part; the last one may have fewer
-    machine: str  # that flies them: 'native' or 'casadi'
-    version: str  # of gammastar
-    format: int = FORMAT
-
-    @property
-    def parts(self) -> int:
-        """Return how many parts there are."""
-        return -(-self.flights // self.part)
-
-    def numbers(self, part: int) -> range:
-        """Return the numbers of the flights in a part."""
-        return range(part * self.part, min((part + 1) * self.part, self.flights))
-
-    def mark(self, part: int) -> bytes:
-        """Return what tells a part from those of other campaigns and from other parts; more flights change nothing in it."""
-        pinned = {name: value for name, value in dataclasses.asdict(self).items() if name != "flights"}
-        return hashlib.sha256(json.dumps([pinned, part], sort_keys=True).encode()).hexdigest().encode()
 
 
 @dataclass(frozen=True)
@@ -87,9 +57,8 @@ class Store:
         _require_place(folder, manifest)
         with _told(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            text = json.dumps(dataclasses.asdict(manifest), indent=2, sort_keys=True) + "\n"
             with _replacing(folder / MANIFEST) as draft:
-                draft.write_text(text, encoding="utf-8")
+                draft.write_text(manifest.text(), encoding="utf-8")
             (folder / PARTS).mkdir(exist_ok=True)
             for half in (folder / PARTS).glob(f"{DRAFT}*"):
                 half.unlink()  # of a run that was killed
@@ -103,32 +72,52 @@ class Store:
             CampaignError: There is none that this version reads.
         """
         try:
-            values = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-            if values.get("format") != FORMAT:
-                raise CampaignError(
-                    f"{folder} must hold a campaign of format {FORMAT} (got {values.get('format')}); read it with gammastar "
-                    f"{values.get('version')}"
-                )
-            return cls(folder, Manifest(**values))
+            return cls(folder, Manifest.read((folder / MANIFEST).read_text(encoding="utf-8")))
         except FileNotFoundError:
             raise CampaignError(
                 f"{folder} must hold a campaign (got no {MANIFEST} in it); name the folder of --out"
             ) from None
-        except (OSError, ValueError, TypeError, AttributeError) as error:
+        except CampaignError:
+            raise
+        except (OSError, ValueError) as error:
             raise CampaignError(
-                f"{folder / MANIFEST} must be one that a campaign wrote (got {error}); name another folder"
+                f"{folder / MANIFEST} must be one that a campaign wrote (got {str(error).partition(';')[0]}); name another folder"
             ) from error
 
     def path(self, part: int) -> Path:
         """Return the file of a part, from the root on: libraries take a folder named ~ for another one."""
         return self.folder.absolute() / PARTS / f"{part:08d}.parquet"
 
+    def count(self, part: int) -> int | None:
+        """Return how many rows a part has; None where there is none that can be read, or one from elsewhere."""
+        _, parquet = arrow()
+        try:
+            about = parquet.read_metadata(self.path(part))
+        except (OSError, ValueError):  # pyarrow's own errors are both
+            return None
+        return int(about.num_rows) if (about.metadata or {}).get(MARK) == self.manifest.mark(part) else None
+
+    def row(self, number: int) -> dict[str, Any] | None:
+        """Return the row of a flight; None where it has not been flown.
+
+        Raises:
+            CampaignError: Its part is broken inside.
+        """
+        pyarrow, parquet = arrow()
+        part = number // self.manifest.part
+        if self.count(part) is None:
+            return None
+        try:
+            found = parquet.read_table(self.path(part), filters=[("flight", "=", number)]).to_pylist()
+        except (OSError, pyarrow.ArrowException) as error:
+            raise broken(str(self.path(part)), error) from error
+        return dict(found[0]) if found else None
+
     def held(self) -> dict[int, int]:
         """Return how many of their flights those parts have that are there and can be read."""
-        _, parquet = arrow()
         stems = [file.stem for file in (self.folder / PARTS).glob("*.parquet")]
         parts = sorted(part for part in map(int, filter(str.isdecimal, stems)) if part < self.manifest.parts)
-        found = {part: self._rows(parquet, part) for part in parts}
+        found = {part: self.count(part) for part in parts}
         return {part: min(count, len(self.manifest.numbers(part))) for part, count in found.items() if count}
 
     def missing(self) -> list[int]:
@@ -155,7 +144,9 @@ class Store:
         """
         held = self.held()
         if not held:
-            raise CampaignError(f"{self.folder} must hold flights (got none yet); let the campaign go on first")
+            raise CampaignError(
+                f"{self.folder} must hold flights of the campaign in its {MANIFEST} (got none yet); let it go on first"
+            )
         return held
 
     def dataset(self) -> Any:
@@ -164,14 +155,6 @@ class Store:
         from pyarrow import dataset
 
         return dataset.dataset(files, format="parquet")
-
-    def _rows(self, parquet: Any, part: int) -> int | None:
-        """Return how many rows a part has; None where there is none that can be read, or another one."""
-        try:
-            about = parquet.read_metadata(self.path(part))
-        except (OSError, ValueError):  # pyarrow's own errors are both
-            return None
-        return int(about.num_rows) if (about.metadata or {}).get(MARK) == self.manifest.mark(part) else None
 
 
 def arrow() -> tuple[Any, Any]:
@@ -188,11 +171,19 @@ def arrow() -> tuple[Any, Any]:
     return pyarrow, pyarrow.parquet
 
 
+def broken(what: str, error: Exception) -> CampaignError:
+    """Return the sentence about rows that cannot be read although their part looks whole."""
+    said = " ".join(str(error).split())
+    return CampaignError(
+        f"{what} must hold rows that can be read (got {said}); remove what is broken, and start the campaign again: it flies that once more"
+    )
+
+
 def _require_place(folder: Path, manifest: Manifest) -> None:
     """Raise `CampaignError` unless a campaign can begin or go on in a folder."""
     if (folder / MANIFEST).exists():
         held = Store.read(folder).manifest
-        if (what := _difference(held, manifest)) is not None:
+        if (what := held.difference(manifest)) is not None:
             raise CampaignError(
                 f"{folder} must be an empty folder or one of this campaign (got one {what}); choose another one"
             )
@@ -204,18 +195,6 @@ def _require_place(folder: Path, manifest: Manifest) -> None:
         raise CampaignError(
             f"{folder} must be an empty folder or one of this campaign (got other files); choose another one"
         )
-
-
-def _difference(held: Manifest, wanted: Manifest) -> str | None:
-    """Return in what two campaigns differ, other than how many flights they have."""
-    said = {
-        "mission": "of another mission",
-        "seed": f"of the seed {held.seed}",
-        "machine": f"flown by the machine {held.machine!r}",
-        "part": f"with {held.part} flights in a part",
-        "version": f"of gammastar {held.version}",
-    }
-    return next((text for name, text in said.items() if getattr(held, name) != getattr(wanted, name)), None)
 
 
 @contextlib.contextmanager

@@ -7,28 +7,22 @@ from __future__ import annotations
 
 import functools
 import itertools
-import re
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gammastar.campaign import ratio
 from gammastar.campaign.answers import About, Bin, Cause, Map
-from gammastar.campaign.columns import THRUST_TO_WEIGHT
+from gammastar.campaign.database import SUCCESS, Database
 from gammastar.campaign.edges import edges
 from gammastar.campaign.rate import Rate, wilson
 from gammastar.campaign.store import Store
 from gammastar.checks import whole
-from gammastar.errors import CampaignError, GammastarError, InputError, MissingExtraError, UnknownNameError
+from gammastar.errors import GammastarError, InputError, UnknownNameError
 from gammastar.mission.mission import read
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
-SUCCESS = "settled"  # column of truths: completed, and on the path within its bound at the end
-NEEDED = ("flight", "status", SUCCESS)  # columns of every row
 SETTLING = "settling_time_s"
 NUMBERS = ("DOUBLE", "FLOAT", "BIGINT", "INTEGER")
 MOST_BINS = 1000
@@ -41,37 +35,16 @@ class Study:
     store: Store
 
     @functools.cached_property
-    def _database(self) -> Any:
-        try:
-            import duckdb
-        except ImportError as error:
-            raise MissingExtraError("duckdb", "campaign", "a study") from error
-        connection = duckdb.connect(":memory:")
-        held = self.store.readable()
-        files = [_literally(self.store.path(part)) for part in held]
-        rows = connection.read_parquet(files, union_by_name=True)
-        if lost := [name for name in NEEDED if name not in rows.columns]:
-            raise CampaignError(
-                f"rows of a campaign must have the columns {', '.join(NEEDED)} (got none named {lost[0]} in {self.store.folder}); "
-                "name the folder of a campaign"
-            )
-        rows = rows.filter(self._there(held))
-        expression = ratio.thrust_to_weight(self.store.manifest.mission, rows.columns)
-        if expression is not None:
-            rows = rows.project(f"*, {expression} AS {THRUST_TO_WEIGHT}")
-        rows.create_view("flights")
-        return connection
-
-    def _there(self, held: Mapping[int, int]) -> str:
-        """Return the condition in SQL that a flight was there when its part was counted: a part that was short may become longer."""
-        parts = {part: self.store.manifest.numbers(part) for part in held}
-        short = [(parts[part], count) for part, count in held.items() if count < len(parts[part])]
-        later = [f"flight NOT BETWEEN {numbers[count]} AND {numbers[-1]}" for numbers, count in short]
-        return " AND ".join([f"flight < {self.store.manifest.flights}", *later])
+    def _database(self) -> Database:
+        return Database.of(self.store)
 
     def asked(self, query: str, values: list[Any] | None = None) -> list[tuple[Any, ...]]:
-        """Return what a query in SQL tells about the table `flights`, with values in place of its question marks."""
-        return list(self._database.execute(query, values or []).fetchall())
+        """Return what a query in SQL tells about the table `flights`, with values in place of its question marks.
+
+        Raises:
+            CampaignError: The rows cannot be read.
+        """
+        return self._database.asked(query, values or [])
 
     @functools.cached_property
     def columns(self) -> dict[str, str]:
@@ -143,7 +116,7 @@ class Study:
         A column with few values has a bin for each; of one with many texts those with most flights do.  Flights without a finite number
         are in none.
         """
-        name, bins = self._known(column), _some(bins)
+        name, bins = self._known(column), whole(bins, "bins", 1, MOST_BINS)
         few = self.asked(f"SELECT DISTINCT {name} FROM flights WHERE {self._tells(column)} LIMIT {bins + 1}")
         if len(few) > bins and column in self.numbers:
             return self._parted(column, bins)
@@ -168,7 +141,10 @@ class Study:
 
     def over(self, first: str, second: str, bins: tuple[int, int] = (18, 24)) -> Map:
         """Return flights, successes and settling times in at most so many bins of two columns: a map of the basin."""
-        places = [self._place(column, _some(most)) for column, most in zip((first, second), bins, strict=True)]
+        places = [
+            self._place(column, whole(most, "bins", 1, MOST_BINS))
+            for column, most in zip((first, second), bins, strict=True)
+        ]
         ends = [self._edges(column, most) for column, most in zip((first, second), bins, strict=True)]
         rows = self.asked(
             f"""SELECT {places[0][0]} AS a, {places[1][0]} AS b, {self._measures}
@@ -217,20 +193,12 @@ class Study:
         return '"' + column.replace('"', '""') + '"'
 
 
-def _literally(file: Path) -> str:
-    """Return a file as the database takes it, to which some letters stand for others."""
-    return re.sub(r"([*?\[])", r"[\1]", str(file))
-
-
 def _told(name: str) -> str:
-    return f"isfinite({name}::DOUBLE)"
+    """Return the condition in SQL that a number is finite, and not so large that its distance to another one is none.
 
-
-def _some(bins: int) -> int:
-    """Return a number of bins that can be made."""
-    if not 1 <= whole(bins, "bins") <= MOST_BINS:
-        raise InputError(f"bins must be at least 1 and at most {MOST_BINS} (got {bins}); choose some")
-    return bins
+    A comparison alone lets NaN through where the database trusts the statistics of a file, which know none.
+    """
+    return f"isfinite({name}::DOUBLE) AND abs({name}::DOUBLE) < 1e300"
 
 
 def _judged(count: int, successes: int, times: list[float] | None) -> tuple[Rate, tuple[float, float]]:

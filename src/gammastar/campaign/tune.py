@@ -83,10 +83,7 @@ class Tuner:
     ) -> None:
         instance(mission, Mission, "mission", "load one with gs.load_mission(name)")
         library()
-        count, self.evaluations = whole(flights, "flights"), whole(evaluations, "evaluations")
-        for value, name in ((count, "flights"), (self.evaluations, "evaluations")):
-            if not value:
-                raise InputError(f"{name} must be at least 1 (got 0); raise it")
+        count, self.evaluations = whole(flights, "flights", 1), whole(evaluations, "evaluations", 1)
         if isinstance(only, str):
             raise InputError(f"only must be a list of names (got {shortened(only)}); put it in brackets")
         self.mission, self.cost = mission, cost or Cost()

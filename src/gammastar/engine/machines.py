@@ -16,7 +16,7 @@ from gammastar.engine.batch import Batch, Progress, batch
 from gammastar.engine.native import Native
 from gammastar.engine.step import Step
 from gammastar.engine.virtual import CHUNK, Virtual
-from gammastar.errors import CompilerError, InputError, MachineWarning, ShapeError, UnknownNameError
+from gammastar.errors import CompilerError, MachineWarning, ShapeError, UnknownNameError
 
 Stop = Callable[[np.ndarray, np.ndarray], int | None]
 
@@ -66,9 +66,7 @@ def run(
         progress: Called with the number of steps done so far, in all flights; one that has ended counts as all of its steps.
     """
     given = batch(step, starts, steps, first, seed, flights, parameters)
-    threads = processors() if workers is None else whole(workers, "workers")
-    if threads == 0:
-        raise InputError("workers must be at least 1 (got 0); leave them out for one on every processor")
+    threads = processors() if workers is None else whole(workers, "workers", 1)
     return machine_of(machine, step).fly(given, threads, progress or _nothing)
 
 

@@ -22,6 +22,12 @@ def chosen_folder(out: str, names: Iterable[str], source: Path | None = None) ->
     if not out:
         raise InputError('out must be a folder (got ""); name one, such as out/, or . for the current one')
     folder = Path(out)
+    if (
+        lost := next((place for place in (folder, *folder.parents) if place.is_symlink() and not place.exists()), None)
+    ) is not None:
+        raise InputError(
+            f"out must be a folder (got {folder}, and {lost} is a link that leads nowhere); choose another name"
+        )
     there = _nearest(folder)
     if not there.is_dir():
         raise InputError(f"out must be a folder (got {folder}, and {there} is a file); choose another name")
