@@ -9,7 +9,8 @@ import pytest
 
 from gammastar.errors import InputError
 from gammastar.mission import Mission, load
-from gammastar.mission.campaign import QUANTITIES
+from gammastar.mission.campaign import QUANTITIES, Way
+from gammastar.mission.distributions import Grid
 
 GOOD: list[dict[str, Any]] = [
     {"quantity": "start.attitude", "kind": "any"},
@@ -22,7 +23,12 @@ GOOD: list[dict[str, Any]] = [
     {"quantity": "truth.inertia_scale", "kind": "uniform", "low": [0.9, 0.9, 0.8], "high": [1.1, 1.1, 1.2]},
     {"quantity": "truth.force_scale", "kind": "log-uniform", "low": 0.5, "high": 2.0},
     {"quantity": "path.radius", "kind": "grid", "choices": [1.0, 2.0]},
+    {"quantity": "path.radius", "kind": "grid", "low": 1.0, "high": 2.0, "count": 3},
+    {"quantity": "truth.latency", "kind": "grid", "low": 0.001, "high": 0.1, "count": 3, "spacing": "log"},
     {"quantity": "controller.poles", "kind": "list", "choices": [-4.0, -6.0], "probabilities": [0.3, 0.7]},
+    {"quantity": "controller.poles", "kind": "uniform", "low": -6.0, "high": -4.0},
+    {"quantity": "controller.poles.yaw", "kind": "log-uniform", "low": -9.0, "high": -4.0},
+    {"quantity": "truth.noise_scale", "kind": "uniform", "low": 0.0, "high": 2.0},
 ]
 
 
@@ -57,6 +63,19 @@ def test_what_is_written_is_read_again(mission: Mission, given: dict[str, Any]) 
         ({"quantity": "truth.mass_scale", "kind": "unifrm"}, 'did you mean "uniform"'),
         ({"quantity": "path.radius", "kind": "grid", "choices": []}, "at least one"),
         ({"quantity": "path.radius", "kind": "grid", "choices": 3}, "choices must be a list"),
+        ({"quantity": "path.radius", "kind": "grid"}, "must have choices, or low, high and count"),
+        (
+            {"quantity": "path.radius", "kind": "grid", "low": 1.0, "count": 3},
+            "must have choices, or low, high and count",
+        ),
+        (
+            {"quantity": "path.radius", "kind": "grid", "choices": [1], "low": 1.0, "high": 2.0, "count": 3},
+            "some of both",
+        ),
+        ({"quantity": "path.radius", "kind": "grid", "low": 2.0, "high": 1.0, "count": 3}, "low must be below high"),
+        ({"quantity": "path.radius", "kind": "grid", "low": 1.0, "high": 2.0, "count": 1}, "from 2 to 100000"),
+        ({"quantity": "path.radius", "kind": "grid", "low": 1.0, "high": 2.0, "count": 10**9}, "from 2 to 100000"),
+        ({"quantity": "a", "kind": "grid", "low": -1.0, "high": 2.0, "count": 3, "spacing": "log"}, "both of one sign"),
         ({"quantity": "a", "kind": "list", "choices": [1, 2], "probabilities": [0.5, 0.6]}, "must sum to one"),
         ({"kind": "any"}, 'must have the key "quantity"'),
         ({"quantity": "start.attitude", "kind": "any", "radius": 1.0}, 'unknown key "radius"'),
@@ -73,6 +92,18 @@ def test_a_quantity_varies_once(mission: Mission) -> None:
         varied(mission, GOOD[0], GOOD[1])
 
 
+def test_no_quantity_lies_within_another(mission: Mission) -> None:
+    """What both say of it would be two values."""
+    outer, inner = GOOD[9], {"quantity": "path", "kind": "list", "choices": [{"name": "circle"}]}
+    with pytest.raises(InputError, match=r"must not lie within each other \(got path and path.radius\)"):
+        varied(mission, outer, inner)
+
+
+@pytest.mark.parametrize(("spacing", "values"), [("linear", [1.0, 4.0, 7.0]), ("log", [1.0, 7.0**0.5, 7.0])])
+def test_a_grid_between_two_ends_has_equal_steps_or_ratios(spacing: str, values: list[float]) -> None:
+    assert Grid(low=1.0, high=7.0, count=3, spacing=spacing).choices == pytest.approx(values, rel=1e-15)  # type: ignore[arg-type]
+
+
 def test_something_varies(mission: Mission) -> None:
     with pytest.raises(InputError, match="vary must be a list"):
         varied(mission)
@@ -81,8 +112,6 @@ def test_something_varies(mission: Mission) -> None:
 
 
 def test_every_quantity_has_an_example() -> None:
-    assert set(QUANTITIES) - {given["quantity"] for given in GOOD} == {
-        "start.velocity",
-        "start.angular_velocity",
-        "truth.thrust_scale",
-    }
+    """All others are of the kind of one that has an example."""
+    ways = {QUANTITIES[given["quantity"]].way for given in GOOD if given["quantity"] in QUANTITIES}
+    assert ways == set(Way) - {Way.SPEED}

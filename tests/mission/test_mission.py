@@ -217,8 +217,38 @@ def test_arrays_of_numpy_are_values() -> None:
 
 
 def test_a_change_inside_a_value_is_refused() -> None:
-    with pytest.raises(MissionError, match=r"controller.poles.yaw must lie in a table .*controller.poles = -3"):
-        mission(controller__poles=-3).with_values({"controller.poles.yaw": -1})
+    with pytest.raises(MissionError, match=r"path.radius.small must lie in a table .*path.radius = 1"):
+        mission(path__radius=1).with_values({"path.radius.small": 1})
+
+
+@pytest.mark.parametrize(
+    ("poles", "others"), [(-3.0, (-3.0,) * 4), ([-1.0, -2.0, -3.0, -4.0], (-1.0, -2.0, -3.0, -4.0))]
+)
+def test_one_chain_can_be_changed_of_poles_that_are_given_for_all(poles: Any, others: tuple[float, ...]) -> None:
+    """The others keep what the number or the list says of them."""
+    own = mission(controller__poles=poles).law().poles
+    changed = mission(controller__poles=poles).with_values({"controller.poles.yaw": -1.5}).law().poles
+    assert changed == own | {"yaw": (-1.5,)}
+    assert changed["transverse"] == others
+
+
+def test_noise_is_scaled_in_truth_and_not_in_what_the_filter_believes() -> None:
+    """Standard deviations are, and biases are not; where nothing is noisy there is nothing to scale."""
+    noisy = load("quadrotor").with_values({"sensors.position": {"deviation": 0.01, "bias": 0.2}, "filter": {}})
+    scaled = noisy.with_values({"truth.noise_scale": 3.0})
+    sensors, law = Parts(scaled.file).sensors, scaled.law()
+    assert sensors is not None
+    assert np.asarray(sensors.position.deviation) == pytest.approx([0.03] * 3)
+    assert np.asarray(sensors.position.bias).tolist() == np.asarray(Parts(noisy.file).sensors.position.bias).tolist()  # type: ignore[union-attr]
+    assert law.estimator == noisy.law().estimator
+    plain = mission(
+        controller__feedback="start", controller__rate=100, noise__position={"deviation": 0.01, "rate": 100}
+    )
+    noise = Parts(plain.with_values({"truth.noise_scale": 3.0}).file).noise
+    assert noise is not None
+    assert noise.deviations()[:3] == pytest.approx([0.03] * 3)
+    with pytest.raises(MissionError, match=r"^\[truth\] noise_scale needs noise"):
+        mission(truth__noise_scale=2.0)
 
 
 @pytest.mark.parametrize(

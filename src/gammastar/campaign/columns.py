@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from gammastar.errors import UnknownNameError
+from gammastar.mission.campaign import QUANTITIES
 
 UNITS = {  # by the end of a name, the longest first
     "_rad_s": "rad/s",
@@ -17,7 +18,6 @@ UNITS = {  # by the end of a name, the longest first
     "_N": "N",
     "_s": "s",
 }
-QUANTITY_UNITS = {"wind.mean": "m/s"}  # of keys of a mission, where they have one and it is known
 ATTITUDE = ("start_tilt_deg", "start_tilt_direction_deg", "start_heading_deg")
 FRAMED = re.compile(r"start_(position|velocity)_[xyz]_|start_(tilt_direction|heading)_|wind\.mean\.")
 THRUST_TO_WEIGHT = "thrust_to_weight"
@@ -30,7 +30,7 @@ def parted(column: str) -> tuple[str, str]:
     (('peak rate', 'rad/s'), ('truth.mass_scale', ''), ('wind.mean.x', 'm/s'))
     """
     if "." in column:
-        return column, next((unit for key, unit in QUANTITY_UNITS.items() if column.startswith(key)), "")
+        return column, next((each.unit for key, each in QUANTITIES.items() if f"{column}.".startswith(f"{key}.")), "")
     for end, unit in UNITS.items():
         if column.endswith(end):
             return column.removesuffix(end).replace("_", " "), unit

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from gammastar.campaign import starts
-from gammastar.campaign.setting import Case, Setting
+from gammastar.campaign.case import Case
+from gammastar.campaign.setting import Setting
 from gammastar.campaign.starts import Starts
 from gammastar.campaign.store import arrow
 from gammastar.errors import GammastarError, InputError
@@ -74,17 +75,25 @@ def rows(
 def flown(case: Case, places: Starts, given: dict[str, Any]) -> Iterator[tuple[np.ndarray, Flights | InputError]]:
     """Yield the flights of a case in few batches, by their places in it, and those that a check refuses one by one with its error.
 
-    What refuses one refuses its batch: halves of it are tried again, until the one stands alone.
+    What refuses one refuses its batch: halves of it are tried again, until the one stands alone.  Those without a law are not tried.
     """
     assert not isinstance(case.mission, GammastarError)
-    varied, waiting = case.varied(), [np.arange(len(case.numbers))]
+    every, laws = np.arange(len(case.numbers)), case.laws()
+    lawless = {k: law for k, law in enumerate(laws or ()) if isinstance(law, InputError)}
+    yield from ((every[k : k + 1], error) for k, error in lawless.items())
+    waiting = [np.delete(every, list(lawless))]
     while waiting:
         chosen = waiting.pop()
-        own = {name: each[chosen] for name, each in varied.items()}
+        if not len(chosen):
+            continue
+        own: dict[str, Any] = {} if laws is None else {"laws": [laws[k] for k in chosen]}
         try:
             case.require_bodies(chosen)
             states = places.states(chosen)
-            yield chosen, case.mission.fly_many(states, flights=case.numbers[chosen], varied=own, **given)
+            yield (
+                chosen,
+                case.mission.fly_many(states, flights=case.numbers[chosen], **own, **case.given(chosen), **given),
+            )
         except InputError as error:
             if len(chosen) == 1:
                 yield chosen, error

@@ -10,13 +10,11 @@ import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from gammastar.campaign.again import Again, flown_again
 from gammastar.campaign.flown import STEPS, Progress
 from gammastar.campaign.manifest import MOST_FLIGHTS, Manifest
 from gammastar.campaign.places import Flyer, cluster_of, here
-from gammastar.campaign.setting import NEUTRAL, Setting
+from gammastar.campaign.setting import Setting
 from gammastar.campaign.store import MANIFEST, Store
 from gammastar.campaign.study import Study
 from gammastar.checks import instance, whole
@@ -169,10 +167,7 @@ def resolved(setting: Setting, machine: str) -> str:
         CompilerError: The native machine was asked for by name, and there is none.
     """
     mission, count = setting.base, 2  # two, so that what is compiled is what many flights take
-    scales = {name.removeprefix("truth."): np.full(count, 1.0) for name in NEUTRAL if name in setting.varied}
-    if scales.pop("wind.mean", None) is not None:
-        scales["wind"] = np.zeros((count, 3))
-    given: dict[str, Any] = {"varied": scales, "duration": mission.interval}
+    given: dict[str, Any] = setting.nominal(count) | {"duration": mission.interval}
     try:
         mission.fly_many([mission.start()] * count, machine="native" if machine == "auto" else machine, **given)
         return "native" if machine == "auto" else machine

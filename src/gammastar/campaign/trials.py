@@ -26,7 +26,7 @@ class Batch(NamedTuple):
     places: np.ndarray  # (m,) of the flights among all
     numbers: np.ndarray  # (m,) of the flights
     starts: list[State]
-    varied: Mapping[str, Any]  # as for `fly_many`
+    given: Mapping[str, Any]  # what `Mission.fly_many` takes beside, `varied` and `speed`
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Trials:
             flown = batch.mission.fly_many(
                 batch.starts * tried,
                 [tuned for tuned in (candidate.law(law) for candidate in candidates) for _ in range(size)],
-                varied={name: np.concatenate([values] * tried) for name, values in batch.varied.items()},
+                **_tiled(batch.given, tried),
                 flights=np.tile(batch.numbers, tried).tolist(),
                 seed=self.seed,
                 machine=self.machine,
@@ -98,9 +98,19 @@ class Trials:
             if isinstance(case.mission, GammastarError):
                 raise case.mission
             case.require_bodies(np.arange(len(case.numbers)))
-            starts = case.starts().states(np.arange(len(case.numbers)))
-            batches.append(Batch(case.mission, case.places, case.numbers, starts, case.varied()))
+            every = np.arange(len(case.numbers))
+            batches.append(
+                Batch(case.mission, case.places, case.numbers, case.starts().states(every), case.given(every))
+            )
         return batches
+
+
+def _tiled(given: Mapping[str, Any], times: int) -> dict[str, Any]:
+    """Return values (m, ...) of flights, by name, one after the other for so many candidates."""
+    return {
+        name: _tiled(each, times) if isinstance(each, Mapping) else np.concatenate([each] * times)
+        for name, each in given.items()
+    }
 
 
 def flights_of(mission: Mission, count: int) -> tuple[range, range | None]:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from gammastar.campaign.cost import FAILURE, Cost, Judge
+from gammastar.campaign.effect import acting_chains
 from gammastar.campaign.search import library, search
 from gammastar.campaign.space import Candidate, Space, tunable
 from gammastar.campaign.trials import Trials, flights_of
@@ -90,9 +91,7 @@ class Tuner:
         self.seed = mission.file.flight.seed if seed is None else whole(seed, "seed")
         tunable(mission.law())
         pilot, _, _ = mission.autopilot()
-        along = "tangential" if pilot.guidance.reference.holds_position else "speed"
-        across = ("transverse",) if mission.law().path.components == 3 else ("transverse", "transverse_2")
-        self.space = Space(mission.law(), pilot.interval, (*across, along, "yaw"), tuple(only))
+        self.space = Space(mission.law(), pilot.interval, acting_chains(mission), tuple(only))
         seen, unseen = flights_of(mission, count)
         self.seen = Trials(mission, seen, self.seed, machine, workers)
         self.unseen = None if unseen is None else dataclasses.replace(self.seen, numbers=unseen)

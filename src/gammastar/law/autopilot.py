@@ -300,4 +300,9 @@ def pending_intervals(latency: float, interval: float) -> int:
         raise InputError(
             f"latency must be at most {MOST_PENDING} control intervals (got {latency:g} s at {1 / interval:g} Hz); lower the control rate"
         )
-    return int(np.ceil(latency / interval - 1e-6))
+    return int(whole_intervals(latency, interval))
+
+
+def whole_intervals(latency: Any, interval: float) -> Any:
+    """Return latencies [s], a number or (n,), in whole control intervals, rounded up."""
+    return np.ceil(np.asarray(latency) / interval - 1e-6)

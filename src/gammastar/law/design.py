@@ -68,25 +68,9 @@ def design(
         )
     if estimator is not None:
         instance(estimator, KalmanFilter, "estimator", "make one with gs.KalmanFilter(**sensors.deviations())")
-    chosen: dict[str, Any] = {"transverse": DEFAULT_POLES, "tangential": DEFAULT_POLES, "yaw": DEFAULT_YAW_POLE}
-    if isinstance(poles, Mapping):
-        for key in poles:
-            if key not in CHAINS:
-                raise UnknownNameError("a chain of poles", key, CHAINS)
-        if "transverse_2" in poles and path.components == 3:
-            raise PoleError(
-                "transverse_2 poles need an implicit path (got a curve, whose normal plane has no preferred axes); "
-                "give 'transverse' alone, or use an implicit path"
-            )
-        chosen.update(poles)
-    else:
-        chosen.update(transverse=poles, tangential=poles, yaw=poles if shape_of(poles) == () else DEFAULT_YAW_POLE)
-    chosen.setdefault("transverse_2", chosen["transverse"])
     if interface not in INTERFACES:
         raise UnknownNameError("interface", interface, INTERFACES)
-    resolved = {chain: _poles(chosen[chain], chain, interface) for chain in chosen}
-    resolved.setdefault("speed", without_slowest(resolved["tangential"]))
-    resolved = {chain: resolved[chain] for chain in CHAINS}  # laws with the same chains have the same signature
+    resolved = chains_of(poles, path, interface)
     if approach is not None:
         if path.components != 3:
             raise InputError(
@@ -97,6 +81,36 @@ def design(
     assert law.gains  # refuses bad poles now, not in flight
     _check_yaw_output(law.yaw_output)
     return law
+
+
+def by_chain(poles: Poles) -> dict[str, Any]:
+    """Return poles by chain, as they are given: a number is for all chains, a list for those that have as many states."""
+    if isinstance(poles, Mapping):
+        return dict(poles)
+    return {"transverse": poles, "tangential": poles} | ({"yaw": poles} if shape_of(poles) == () else {})
+
+
+def chains_of(poles: Poles, path: Path, interface: str) -> dict[str, tuple[complex, ...]]:
+    """Return the poles [1/s] of all chains of a law, from those that are given; see `design`.
+
+    Raises:
+        PoleError: A number of poles does not fit its chain, or they are those of a chain that the path does not have.
+        UnknownNameError: There is no chain of a name.
+    """
+    given = by_chain(poles)
+    for key in given:
+        if key not in CHAINS:
+            raise UnknownNameError("a chain of poles", key, CHAINS)
+    if "transverse_2" in given and path.components == 3:
+        raise PoleError(
+            "transverse_2 poles need an implicit path (got a curve, whose normal plane has no preferred axes); "
+            "give 'transverse' alone, or use an implicit path"
+        )
+    chosen = {"transverse": DEFAULT_POLES, "tangential": DEFAULT_POLES, "yaw": DEFAULT_YAW_POLE} | given
+    chosen.setdefault("transverse_2", chosen["transverse"])
+    resolved = {chain: _poles(chosen[chain], chain, interface) for chain in chosen}
+    resolved.setdefault("speed", without_slowest(resolved["tangential"]))
+    return {chain: resolved[chain] for chain in CHAINS}  # laws with the same chains have the same signature
 
 
 def _poles(given: Any, chain: str, interface: str) -> tuple[complex, ...]:

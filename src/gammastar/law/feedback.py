@@ -71,7 +71,7 @@ class Feedback:
     @functools.cached_property
     def gains(self) -> dict[str, Any]:
         """Return the gains by chain, k_1 first, (n,) numbers, or graphs of a law from `tuned`; Eqs. (25), (26)."""
-        distinct = {poles: gains_from_poles(poles) for poles in set(self.poles.values())}
+        distinct = {poles: gains_from_poles(poles) for poles in dict.fromkeys(self.poles.values())}
         return {chain: distinct[poles] for chain, poles in self.poles.items()}
 
     def tangential_gains(self, holds_position: bool) -> Any:

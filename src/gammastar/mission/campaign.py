@@ -6,39 +6,78 @@
     low = 0.9
     high = 1.1
 
-Distributions of numbers, vectors and attitudes are for the quantities in `QUANTITIES`; a list or a grid is for any key of a mission.
+Distributions of numbers, vectors and attitudes are for the quantities in `QUANTITIES`, which are data for the one program that flies the
+mission; a list or a grid is for any key of a mission.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from enum import Enum, auto
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import PlainValidator, SerializeAsAny, field_validator
 
 from gammastar.errors import InputError, MissionError, UnknownNameError
+from gammastar.law.design import CHAINS
+from gammastar.mission.changes import POLES
 from gammastar.mission.complaint import shown, within
 from gammastar.mission.distributions import KINDS, Choice, Distribution, Grid
 from gammastar.mission.tables import plain
-from gammastar.mission.values import Array, Construction, Section, Tables, Text, choose, one_of, section_of
+from gammastar.mission.values import Array, Construction, Count, Section, Tables, Text, choose, one_of, section_of
 
 SAMPLINGS = ("random", "sobol")
 NUMBER, VECTOR, ATTITUDE, ALONG = (), (3,), (3, 3), (4,)
-QUANTITIES: dict[str, tuple[tuple[int, ...], ...]] = {  # and the shapes that values of each may have
-    "start.position": (VECTOR, ALONG),  # [m]
-    "start.velocity": (VECTOR,),  # [m/s]
-    "start.attitude": (ATTITUDE,),
-    "start.angular_velocity": (VECTOR,),  # [rad/s], body
-    "truth.mass_scale": (NUMBER,),
-    "truth.inertia_scale": (NUMBER, VECTOR),
-    "truth.thrust_scale": (NUMBER,),
-    "truth.force_scale": (NUMBER,),
-    "wind.mean": (VECTOR,),  # [m/s]
-}
 SHAPES = {NUMBER: "numbers", VECTOR: "vectors", ATTITUDE: "attitudes", ALONG: "places along a path"}
 
 
+class Way(Enum):
+    """How a flight gets its own value of a quantity, in one program with the others."""
+
+    START = auto()  # where it begins
+    TRUTH = auto()  # a number of what really flies, `varied` of `fly_many`
+    LAW = auto()  # a law of its own
+    SPEED = auto()  # a reference of its own
+    LATENCY = auto()  # by a program for each number of control intervals
+
+
+class Quantity(NamedTuple):
+    """What may vary from flight to flight in one program."""
+
+    way: Way
+    shapes: tuple[tuple[int, ...], ...] = (NUMBER,)  # that values may have
+    unit: str = ""
+    parameter: str = ""  # of the way `TRUTH`: its name in `varied`
+    neutral: Any = None  # and the mission's value beside it, where the two add up or multiply; None where it takes the mission's place
+    zero_is_apart: bool = False  # whether flights of zero are of another program
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "start.position": Quantity(Way.START, (VECTOR, ALONG), "m"),
+    "start.velocity": Quantity(Way.START, (VECTOR,), "m/s"),
+    "start.attitude": Quantity(Way.START, (ATTITUDE,)),
+    "start.angular_velocity": Quantity(Way.START, (VECTOR,), "rad/s"),
+    "truth.mass_scale": Quantity(Way.TRUTH, parameter="mass_scale", neutral=1.0),
+    "truth.inertia_scale": Quantity(Way.TRUTH, (NUMBER, VECTOR), parameter="inertia_scale", neutral=1.0),
+    "truth.thrust_scale": Quantity(Way.TRUTH, parameter="thrust_scale", neutral=1.0),
+    "truth.lag_scale": Quantity(Way.TRUTH, parameter="lag_scale", neutral=1.0),
+    "truth.force_scale": Quantity(Way.TRUTH, parameter="force_scale", neutral=1.0),
+    "truth.noise_scale": Quantity(Way.TRUTH, parameter="noise_scale", neutral=1.0),
+    "truth.latency": Quantity(Way.LATENCY, unit="s"),
+    "truth.rate_bandwidth": Quantity(Way.TRUTH, unit="rad/s", parameter="rate_bandwidth"),
+    "wind.mean": Quantity(Way.TRUTH, (VECTOR,), "m/s", "wind", (0.0, 0.0, 0.0)),
+    POLES: Quantity(Way.LAW, unit="1/s"),
+    **{f"{POLES}.{chain}": Quantity(Way.LAW, unit="1/s") for chain in CHAINS},
+    "approach.speed": Quantity(Way.LAW, unit="m/s"),
+    "observer.force": Quantity(Way.LAW, unit="rad/s", zero_is_apart=True),
+    "observer.torque": Quantity(Way.LAW, unit="rad/s", zero_is_apart=True),
+    "reference.speed": Quantity(Way.SPEED, zero_is_apart=True),
+}
+
+
 def _choices(value: Any, info: Any) -> Any:
+    if value is None:
+        return None
     if not isinstance(value, (list, tuple)):
         raise InputError(f"{info.field_name} must be a list (got {shown(value)}); put the values in brackets")
     return tuple(plain(item) for item in value)
@@ -56,15 +95,15 @@ class VariedSection(Construction):
             return made
         if self.quantity not in QUANTITIES:
             raise UnknownNameError("quantity", self.quantity, QUANTITIES)
-        if made.shape not in QUANTITIES[self.quantity]:
-            allowed = " or ".join(SHAPES[shape] for shape in QUANTITIES[self.quantity])
+        if made.shape not in (shapes := QUANTITIES[self.quantity].shapes):
+            allowed = " or ".join(SHAPES[shape] for shape in shapes)
             raise InputError(
                 f"{self.quantity} must vary over {allowed} (got {SHAPES[made.shape]}); choose a kind of distribution that gives them"
             )
         return made
 
 
-TYPES = {"choices": Annotated[Any, PlainValidator(_choices)], "probabilities": Array | None}
+TYPES = {"choices": Annotated[Any, PlainValidator(_choices)], "probabilities": Array | None, "count": Count | None}
 VARIED: dict[str, type[VariedSection]] = {
     kind: section_of(factory, VariedSection, TYPES, kind=kind) for kind, factory in KINDS.items()
 }
@@ -91,7 +130,7 @@ class CampaignSection(Section):
         """Return the distribution of every quantity.
 
         Raises:
-            MissionError: A quantity varies twice.
+            MissionError: A quantity varies twice, or within another one.
         """
         result = dict[str, Distribution]()
         for k, section in enumerate(self.vary):
@@ -100,6 +139,13 @@ class CampaignSection(Section):
                     f"a quantity must vary once (got {section.quantity} twice); leave one of them out",
                     f"campaign.vary.{k}.quantity",
                 )
+            for other in result:
+                first, second = sorted((other, section.quantity), key=len)
+                if second.startswith(f"{first}."):
+                    raise MissionError(
+                        f"quantities must not lie within each other (got {first} and {second}); leave one of them out",
+                        f"campaign.vary.{k}.quantity",
+                    )
             with within(f"[campaign.vary.{k}]"):
                 result[section.quantity] = section.distribution()
         return result

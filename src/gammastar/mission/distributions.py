@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from gammastar.checks import array, magnitude, number, shape_of, shortened
 from gammastar.errors import InputError, ShapeError
 from gammastar.mission.attitudes import About, AnyAttitude, Tilted
 
+MOST_SPACED = 100_000  # values of a grid between two ends
 LEAST_LEFT = 1e-12  # of a normal distribution that its cut may leave
 
 
@@ -215,12 +216,37 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """All of some values in turn; several grids of one campaign are gone through in all combinations, the last one fastest."""
+    """All of some values in turn; several grids of one campaign are gone through in all combinations, the last one fastest.
 
-    choices: Sequence[Any]
+    Values are listed, or are numbers from one end to the other in equal steps, or in equal ratios.
+    """
+
+    choices: Any = None  # sequence; of what is between the ends when left out
+    low: float | None = None
+    high: float | None = None
+    count: int | None = None
+    spacing: Literal["linear", "log"] = "linear"
 
     def __post_init__(self) -> None:
+        ends = self.low, self.high, self.count
+        if self.choices is None and None not in ends:
+            object.__setattr__(self, "choices", self._spaced())
+        elif any(each is not None for each in ends) or self.choices is None:
+            raise InputError(
+                "a grid must have choices, or low, high and count (got some of both, or too few); give the ones or the others"
+            )
         _counted(self.choices)
+
+    def _spaced(self) -> list[float]:
+        """Return the numbers between the ends, both among them."""
+        if not isinstance(self.count, int) or not 2 <= self.count <= MOST_SPACED:
+            raise InputError(
+                f"count must be a whole number from 2 to {MOST_SPACED} (got {shortened(self.count)}); correct it"
+            )
+        low, high = number(self.low, "low"), number(self.high, "high")
+        kind, spaced = (LogUniform, np.geomspace) if self.spacing == "log" else (Uniform, np.linspace)
+        assert kind(low, high)  # refuses ends that are none
+        return [float(each) for each in spaced(low, high, self.count)]
 
     size: ClassVar[int] = 0
     shape: ClassVar[tuple[int, ...]] = ()

@@ -22,12 +22,14 @@ from gammastar.flight.timing import interval_of, timing
 from gammastar.law import AnyReference, Law, Profile
 from gammastar.law.autopilot import Autopilot
 from gammastar.law.guidance import Guidance
+from gammastar.mission.changes import changed
 from gammastar.mission.complaint import complaint, within
 from gammastar.mission.parts import Parts
 from gammastar.mission.references import FeasibleSection
 from gammastar.mission.resolved import resolved, with_paths_written
+from gammastar.mission.retuned import retuned
 from gammastar.mission.sections import COMPILED, MissionFile
-from gammastar.mission.tables import plain, present, put, written
+from gammastar.mission.tables import plain, present, written
 from gammastar.path import Path
 from gammastar.vehicle import State, Vehicle
 
@@ -92,10 +94,7 @@ class Mission:
 
         What the mission leaves open stays open: a start thrust that is the weight follows a changed mass.
         """
-        values = plain(self.file.model_dump(exclude_unset=True))
-        for key, value in changes.items():
-            put(values, key, value)
-        return Mission.from_values(values)
+        return Mission.from_values(changed(self.file.model_dump(exclude_unset=True), changes))
 
     @property
     def title(self) -> str:
@@ -165,6 +164,8 @@ class Mission:
     def fly_many(self, starts: Sequence[State], laws: Sequence[Law] | None = None, **given: Any) -> Flights:
         """Fly the mission from many starts, in `ned`, with one law or one a flight; the rest is as for `gs.fly_many`.
 
+        Speeds that are given take the place of the mission's reference.
+
         Raises:
             MissionError: The mission replaces its path on the way, or flies as compiled C.
         """
@@ -181,13 +182,21 @@ class Mission:
         return fly_many(
             self._parts.law if laws is None else laws,
             starts,
-            reference=self._parts.reference,
+            reference=None if "speed" in given else self._parts.reference,
             noise=self._parts.noise,
             yaw_reference=self._parts.yaw_reference,
             heading=self._parts.heading,
             settled_within=self.file.flight.settled_within,
             **({"seed": self.file.flight.seed} | self._conditions | given),
         )
+
+    def require_possible(self, varied: Mapping[str, np.ndarray]) -> None:
+        """Raise `InputError` when flights of the mission cannot differ so in what really flies; values (k, flights) by name."""
+        Conditions(noise=self._parts.noise, **self._conditions).require_possible(varied, self._parts.law)
+
+    def retuned(self, values: Mapping[str, Any]) -> Law:
+        """Return the law that the mission has with some values of its tuning, see `gammastar.mission.retuned`."""
+        return retuned(self.file, self._parts.law, values)
 
     def autopilot(self) -> tuple[Autopilot, np.ndarray, float]:
         """Return what runs on the vehicle's computer, the stacked start (20,) in `ned`, and the path parameter nearest to it.

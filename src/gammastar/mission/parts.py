@@ -54,7 +54,7 @@ class Parts:
                 law = dataclasses.replace(law, rejection=file.integral.rejection(law.poles["transverse"]))
         if file.filter is not None:
             with within("[filter]"):
-                law = dataclasses.replace(law, estimator=file.filter.estimator(self.sensors, vehicle.gravity))
+                law = dataclasses.replace(law, estimator=file.filter.estimator(self._stated_sensors, vehicle.gravity))
         return law
 
     @functools.cached_property
@@ -108,11 +108,22 @@ class Parts:
     def truth(self) -> Vehicle:
         """Return the vehicle that really flies."""
         with within("[truth]"):
+            stated = self._stated_noise or self._stated_sensors
+            if self.file.truth.noise_scale != 1 and not (stated and stated.is_noisy):
+                raise MissionError(
+                    f"noise_scale needs noise (got {self.file.truth.noise_scale:g} of none); give a deviation in [noise] or [sensors]",
+                    "truth.noise_scale",
+                )
             return self.file.truth.vehicle(self.law.vehicle, self.frame)
 
     @functools.cached_property
     def sensors(self) -> Sensors | None:
-        """Return the sensors, if there are any."""
+        """Return the sensors as they truly are, if there are any."""
+        stated = self._stated_sensors
+        return None if stated is None else stated.scaled(self.file.truth.noise_scale)
+
+    @functools.cached_property
+    def _stated_sensors(self) -> Sensors | None:
         return None if self.file.sensors is None else self.file.sensors.sensors(self.frame)
 
     @functools.cached_property
@@ -128,7 +139,12 @@ class Parts:
 
     @functools.cached_property
     def noise(self) -> SensorNoise | None:
-        """Return the noise of every control interval, if there is any."""
+        """Return the noise of every control interval as it truly is, if there is any."""
+        stated = self._stated_noise
+        return None if stated is None else stated.scaled(self.file.truth.noise_scale)
+
+    @functools.cached_property
+    def _stated_noise(self) -> SensorNoise | None:
         if self.file.noise is None:
             return None
         if self.file.controller.rate is None:

@@ -13,7 +13,7 @@ from gammastar.flight import SensorNoise
 from gammastar.flight.noise import density_preserving
 from gammastar.frames import convert_vector
 from gammastar.mission.complaint import within
-from gammastar.mission.values import Array, Number, Positive, Section, Tables, Vector
+from gammastar.mission.values import Array, NotNegative, Number, Positive, Section, Tables, Vector
 from gammastar.mission.vehicles import AnyForce, force
 from gammastar.vehicle import Rotors, Vehicle
 
@@ -26,6 +26,9 @@ class TruthSection(Section):
     thrust_scale: Array = 1.0  # true over believed thrust coefficient of the rotors, one number or one a rotor
     force_scale: Positive = 1.0  # true over believed forces, all but buoyancy; of those in [truth] too
     lag_scale: Positive = 1.0  # true over believed lag of the rotors
+    noise_scale: NotNegative = (
+        1.0  # true over stated standard deviations in [noise] and [sensors]; biases stay, and what [filter] believes
+    )
     center_of_mass: Vector = (
         0.0,
         0.0,
@@ -42,7 +45,7 @@ class TruthSection(Section):
 
         Scales s of the body axes turn J into D J D with D = diag(sqrt(s)): moments are scaled, products stay consistent.
         """
-        if not self.model_dump(exclude_defaults=True):
+        if not self.model_dump(exclude_defaults=True, exclude={"noise_scale"}):
             return believed
         scales = _positive(self.inertia_scale, "inertia_scale")
         root = np.sqrt(scales)

@@ -116,6 +116,10 @@ def _positive(value: Any, info: ValidationInfo) -> float:
     return checks.number(_number(value, info), str(info.field_name), above=0)
 
 
+def _not_negative(value: Any, info: ValidationInfo) -> float:
+    return checks.number(_number(value, info), str(info.field_name), at_least=0)
+
+
 def _integer(value: Any, info: ValidationInfo) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise InputError(
@@ -230,6 +234,7 @@ def _unknown(name: str, value: Any, known: Collection[str]) -> InputError:
 
 Number = Annotated[float, PlainValidator(_number)]
 Positive = Annotated[float, PlainValidator(_positive)]
+NotNegative = Annotated[float, PlainValidator(_not_negative)]
 Integer = Annotated[int, PlainValidator(_integer)]
 Count = Annotated[int, PlainValidator(_count)]
 Text = Annotated[str, PlainValidator(_text)]

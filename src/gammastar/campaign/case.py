@@ -1,0 +1,103 @@
+"""Flights of a campaign that are flown together: of one mission, and of one program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gammastar.campaign.starts import PARTS, Starts
+from gammastar.errors import GammastarError, InputError
+from gammastar.frames import convert_vector
+from gammastar.law import Law
+from gammastar.law.autopilot import whole_intervals
+from gammastar.mission import Mission
+from gammastar.mission.campaign import QUANTITIES, Way
+from gammastar.vehicle import Scales, scaled
+
+PROMPT = 1e-12  # [s], a latency that asks for an autopilot and takes no control interval
+
+
+class Case(NamedTuple):
+    """Flights of one mission and of one program."""
+
+    mission: Mission | GammastarError  # or why there is none
+    places: np.ndarray  # (m,) of the flights among those asked for
+    numbers: np.ndarray  # (m,) of the flights
+    values: Mapping[str, np.ndarray]  # (m, ...) by quantity, of what varies within the program, in the mission's frame
+
+    def starts(self) -> Starts:
+        """Return where the flights begin."""
+        assert isinstance(self.mission, Mission)
+        given = {name: self.values[f"start.{name}"] for name in PARTS if f"start.{name}" in self.values}
+        return Starts.of(self.mission, len(self.numbers), **given)
+
+    def given(self, chosen: np.ndarray) -> dict[str, Any]:
+        """Return what `Mission.fly_many` takes of some of the flights beside starts, numbers and laws, in `ned`."""
+        assert isinstance(self.mission, Mission)
+        varied = {QUANTITIES[name].parameter: each[chosen] for name, each in self._by(Way.TRUTH).items()}
+        if "wind" in varied:
+            varied["wind"] = convert_vector(varied["wind"], self.mission.frame)
+        speeds = [each[chosen] for each in self._by(Way.SPEED).values()]
+        return {"varied": varied} | ({"speed": speeds[0]} if speeds else {})
+
+    def laws(self) -> list[Law | InputError] | None:
+        """Return the law of every flight, or why there is none; None where all have that of the mission.  Equal values share one."""
+        assert isinstance(self.mission, Mission)
+        tuning, made = self._by(Way.LAW), dict[str, Law | InputError]()
+        rows = [
+            dict(zip(tuning, row, strict=True))
+            for row in zip(*(each.tolist() for each in tuning.values()), strict=True)
+        ]
+        for row in rows:
+            if repr(row) not in made:
+                made[repr(row)] = _law(self.mission, row)
+        return [made[repr(row)] for row in rows] if tuning else None
+
+    def require_bodies(self, chosen: np.ndarray) -> None:
+        """Raise `InputError` where some flights' scales of inertia, one for each axis, make a body that cannot be."""
+        assert isinstance(self.mission, Mission)
+        scales = self.values.get("truth.inertia_scale", np.empty(0))
+        for each in scales[chosen] if scales.ndim == 2 else ():
+            scaled(self.mission.truth(), Scales(inertia=each))
+
+    def alone(self) -> Mission:
+        """Return the only flight as a mission of its own: the same to rounding, since no number in it is one of many."""
+        assert isinstance(self.mission, Mission)
+        changes = {name: each.tolist()[0] for name, each in self.values.items() if name in QUANTITIES}
+        changes = {name: value for name, value in changes.items() if QUANTITIES[name].way is not Way.START}
+        return self.mission.with_values(
+            {"start": self.starts().section(0), **changes, "flight.number": int(self.numbers[0])}
+        )
+
+    def _by(self, way: Way) -> dict[str, np.ndarray]:
+        return {name: each for name, each in self.values.items() if QUANTITIES[name].way is way}
+
+
+def parted(kinds: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the distinct rows of an array (n, k), each with the places in which it is."""
+    found, of = np.unique(kinds, axis=0, return_inverse=True)
+    for k, kind in enumerate(found):
+        yield kind, np.flatnonzero(of.ravel() == k)
+
+
+def programs(values: Mapping[str, np.ndarray], interval: float, count: int) -> np.ndarray:
+    """Return what tells apart the programs of flights with values (n,), (n, k): first a latency [s] that stands for theirs.
+
+    Latencies are rounded up to whole control intervals [s], and what is below all of them is prompt; those that cannot be stay.
+    """
+    latency = np.full(count, PROMPT)
+    if "truth.latency" in values:
+        given = values["truth.latency"].astype(float)
+        latency = np.where(given > 0, np.maximum(whole_intervals(given, interval) * interval, PROMPT), given)
+    zeros = [each == 0 for name, each in values.items() if QUANTITIES[name].zero_is_apart]
+    return np.stack([latency, *zeros], axis=1).astype(float)
+
+
+def _law(mission: Mission, values: Mapping[str, Any]) -> Law | InputError:
+    """Return the law of a mission with other values of its tuning, or why there is none."""
+    try:
+        return mission.retuned(values)
+    except InputError as error:
+        return error

@@ -1,0 +1,56 @@
+"""The law of a mission with another tuning: poles, speed of the approach, bandwidths of observers; all else is the same object."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from gammastar.errors import MissionError
+from gammastar.law import IntegralAction, Law
+from gammastar.law.design import chains_of
+from gammastar.mission.changes import POLES, changed
+from gammastar.mission.complaint import within
+from gammastar.mission.sections import ControllerSection, MissionFile
+
+
+def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
+    """Return the law of a mission with other values of its tuning, by the keys that they have in the mission's file.
+
+    It is the law that the mission with these values has, and takes some tenths of a millisecond.
+
+    Args:
+        file: Of the mission.
+        law: Of the mission.
+        values: Of `controller.poles` and keys below it, `approach.speed`, `observer.force` and `observer.torque`, checked for their types.
+
+    Raises:
+        InputError: There is no such law, or the mission has no approach or observers to be tuned, or poles that an integral goes with.
+    """
+    changes = dict[str, Any]()
+    if poles := {key: value for key, value in values.items() if key.startswith(POLES)}:
+        if isinstance(law.rejection, IntegralAction):
+            raise MissionError(
+                "poles must be of a law without integral action where they are varied (got [integral], which goes with them); put "
+                "[observer] in its place, or vary them as a list",
+                "integral",
+            )
+        with within("[controller]"):
+            own = {"controller": {"poles": file.controller.poles}}
+            section = ControllerSection.model_validate(changed(own, poles)["controller"])
+            changes["poles"] = chains_of(section.design_poles(), law.path, law.interface)
+    if "approach.speed" in values:
+        if law.approach is None:
+            raise MissionError("approach.speed needs an approach (got none); add [approach]", "approach")
+        with within("[approach]"):
+            changes["approach"] = dataclasses.replace(law.approach, speed=values["approach.speed"])
+    if observers := {key: value for key, value in values.items() if key.startswith("observer.")}:
+        if file.observer is None:
+            raise MissionError(f"{next(iter(observers))} needs an observer (got none); add [observer]", "observer")
+        with within("[observer]"):
+            bandwidths = {key.removeprefix("observer."): value for key, value in observers.items()}
+            changes["rejection"] = file.observer.model_copy(update=bandwidths).rejection()
+    result = dataclasses.replace(law, **changes)
+    with within("[controller]"):
+        assert result.gains  # refuses bad poles now
+    return result
