@@ -7,7 +7,6 @@ import pytest
 from gammastar.errors import PathError
 from gammastar.path import Curve, ImplicitPath
 from gammastar.path import catalogue as paths
-from gammastar.path.smoothness import may_bend
 
 GOOD = {
     "first": lambda x, y, z: y - x**2,
@@ -81,6 +80,6 @@ def test_a_slow_place_is_no_standstill() -> None:
 
 def test_shapes_of_the_catalogue_need_no_search_for_kinks() -> None:
     for name in set(paths.__all__) - {"polynomial"}:
-        assert not may_bend(getattr(paths, name)()._point_function), name
+        assert not getattr(paths, name)().with_data().template.may_bend, name
     cubic = paths.polynomial([[0, 1], [0, 0, 0, 1], [2]])
-    assert not may_bend(cubic._point_function)
+    assert not cubic.with_data().template.may_bend

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -22,9 +23,12 @@ class AnglesSection(Section):
     yaw: Number = 0.0  # [deg] about the third
 
 
+@functools.lru_cache(64)
 def from_angles(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return the rotation (3, 3) by angles [deg], roll applied first."""
-    return np.asarray(so3.yaw(yaw) @ so3.pitch(pitch) @ so3.roll(roll))
+    """Return the rotation (3, 3) by angles [deg], roll applied first; not to be written to."""
+    rotation: np.ndarray = so3.yaw(yaw) @ so3.pitch(pitch) @ so3.roll(roll)
+    rotation.setflags(write=False)
+    return rotation
 
 
 def matrix_of(rotation: Any) -> np.ndarray:

@@ -17,7 +17,6 @@ from gammastar.path.base import JET_ORDER, interval
 from gammastar.path.jet import Jet
 from gammastar.path.parametric import ParametricPath
 from gammastar.path.regularity import check_regular, check_smooth
-from gammastar.path.smoothness import may_bend
 from gammastar.path.symbols import called, scalars
 from gammastar.path.template import TemplateCurve, read
 from gammastar.taylor import Series
@@ -57,7 +56,7 @@ class Curve(ParametricPath):
 
     def _check(self) -> None:
         check_regular(self._with_data)
-        check_smooth(self._with_data, may_bend(self._point_function))
+        check_smooth(self._with_data, self._with_data.template.may_bend)
 
     def with_data(self) -> TemplateCurve:
         """Return the same curve with the numbers of its formula as data."""

@@ -111,7 +111,7 @@ def _searched(
         low, high, owners = cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(owners[is_split], PIECES)
     cells = np.concatenate(found) if found else np.empty((0, 6))
     cells = cells[cells[:, 3] - cells[:, 4] <= nearest[cells[:, 0].astype(int)]]
-    cells = cells[np.lexsort((cells[:, 3], cells[:, 0]))]
+    cells = cells[np.lexsort((-cells[:, 5], cells[:, 3], cells[:, 0]))]  # of two that share a sample, the one that holds
     owners = cells[:, 0].astype(int)
     ranks = np.arange(len(owners)) - np.searchsorted(owners, owners)
     chosen = (ranks < CANDIDATES) & ((cells[:, 5] > 0) | (ranks == 0))
@@ -139,6 +139,7 @@ def _measured(
     """
     own = len(low) // copies
     places = low[:own, None] + (high - low)[:own, None] * SAMPLES
+    places[:, -1] = high[:own]
     rows = jets(places.ravel())
     rows[~np.isfinite(rows).all(axis=(1, 2))] = np.nan
     point, first, second = np.moveaxis(rows.reshape(*places.shape, 3, 3), 2, 0)

@@ -92,14 +92,20 @@ def jumping(name: str, jumps: list[Jump], places: list[Place]) -> str:
 
 
 def may_bend(function: Any) -> bool:
-    """Return whether a graph holds an operation that is not smooth everywhere, such as abs, a quotient or a root."""
-    constant: dict[int, float | None] = {}  # what each register holds, if it is a number
+    """Return whether a graph of a parameter holds an operation that is not smooth everywhere, such as abs, a quotient or a root.
+
+    Its other inputs, if there are any, are numbers that are given later.
+    """
+    constant: dict[int, float | None] = {}  # what each register holds, if it is a number; NaN where it is given later
     for k in range(function.n_instructions()):
         operation = function.instruction_id(k)
         reads, writes = function.instruction_input(k), function.instruction_output(k)
-        values = [constant.get(register) for register in reads]
         if operation == ca.OP_OUTPUT:
             continue
+        if operation == ca.OP_INPUT:
+            constant[writes[0]] = None if reads[0] == 0 else math.nan
+            continue
+        values = [constant.get(register) for register in reads]
         divisor = exponent = values[-1] if values else None
         is_smooth = operation in SMOOTH or (operation == ca.OP_DIV and divisor is not None)
         if operation in {ca.OP_POW, ca.OP_CONSTPOW} and exponent is not None:

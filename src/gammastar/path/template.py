@@ -20,6 +20,7 @@ from gammastar.lookup import Lookup, Table, the_key
 from gammastar.path.base import JET_ORDER
 from gammastar.path.jet import Jet
 from gammastar.path.parametric import ParametricPath
+from gammastar.path.smoothness import may_bend
 from gammastar.taylor import Series
 
 POWERS = (ca.OP_POW, ca.OP_CONSTPOW)
@@ -41,10 +42,15 @@ class Template(NamedTuple):
         place = ca.SX(place)
         series = Series((place[0], ca.SX(1), *(ca.SX(0) for _ in range(order - 1))))
         numbers = [Series.constant(place[1 + k], order) for k in range(self.size)]
-        coordinates = taylor.through(self._function(), [series, *numbers])
+        coordinates = taylor.through(self.function(), [series, *numbers])
         return tuple(ca.vertcat(*rows) for rows in zip(*(each.derivatives() for each in coordinates), strict=True))
 
-    def _function(self) -> Any:
+    @property
+    def may_bend(self) -> bool:
+        """Return whether a curve of this formula may be less than smooth somewhere."""
+        return _may_bend(self)
+
+    def function(self) -> Any:
         """Return the function (parameter, each of the numbers) -> x, y, z."""
         inputs = [ca.SX.sym("parameter"), *(ca.SX.sym("number") for _ in range(self.size))]
         values, numbers = inputs[:1], iter(inputs[1:])
@@ -104,6 +110,11 @@ def _unsimplified() -> Iterator[None]:
         yield
     finally:
         ca.GlobalOptions.setSimplificationOnTheFly(was)
+
+
+@functools.lru_cache(MOST_KEPT)
+def _may_bend(template: Template) -> bool:
+    return may_bend(template.function())
 
 
 @functools.lru_cache(MOST_KEPT)
