@@ -111,7 +111,8 @@ def _searched(
         low, high, owners = cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(owners[is_split], PIECES)
     cells = np.concatenate(found) if found else np.empty((0, 6))
     cells = cells[cells[:, 3] - cells[:, 4] <= nearest[cells[:, 0].astype(int)]]
-    cells = cells[np.lexsort((-cells[:, 5], cells[:, 3], cells[:, 0]))]  # of two that share a sample, the one that holds
+    # Of two cells that share the nearest sample, the one that holds comes first.
+    cells = cells[np.lexsort((-cells[:, 5], cells[:, 3], cells[:, 0]))]
     owners = cells[:, 0].astype(int)
     ranks = np.arange(len(owners)) - np.searchsorted(owners, owners)
     chosen = (ranks < CANDIDATES) & ((cells[:, 5] > 0) | (ranks == 0))
