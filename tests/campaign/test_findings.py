@@ -103,6 +103,7 @@ def test_what_does_not_vary_is_the_missions_own(tmp_path_factory: pytest.TempPat
         ("", ["truth.mass_scale"]),
         ("quadrotor", ["start_tilt_deg"]),
         ("quadrotor", ["truth.mass_scale", "vehicle.preset"]),
+        ("quadrotor", ["truth.mass_scale", "vehicle"]),
         ("upside-down", ["truth.mass_scale"]),
     ],
 )
@@ -110,6 +111,19 @@ def test_thrust_to_weight_is_told_only_where_it_is_known(mission: str, columns: 
     from gammastar.mission import load
 
     assert thrust_to_weight(load(mission).toml() if mission else "", columns) is None
+
+
+def test_thrust_to_weight_is_not_told_of_places_in_a_list_of_rotors() -> None:
+    choices: list[list[Any]] = [[0.9, 1.0], [[1.0, 1.0, 1.0, 0.9], [0.9, 1.0, 1.0, 1.0]]]
+    missions = [
+        hummingbird().with_values(
+            {"campaign.vary": [{"quantity": "truth.thrust_scale", "kind": "list", "choices": each}]}
+        )
+        for each in choices
+    ]
+    told = [thrust_to_weight(each.source(), ["truth.thrust_scale"]) for each in missions]
+    assert told[0] is not None
+    assert told[1] is None
 
 
 def test_bins_of_a_quantity_tell_what_was_put_in(

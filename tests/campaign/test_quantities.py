@@ -9,6 +9,7 @@ import pytest
 
 import gammastar as gs
 from gammastar.campaign.flown import rows
+from gammastar.campaign.run import resolved
 from gammastar.campaign.setting import Setting
 from gammastar.errors import GammastarError, InputError
 from gammastar.mission import Mission, load
@@ -91,6 +92,7 @@ def test_many_quantities_vary_in_one_program(crazyflie: Mission) -> None:
     assert second["observer.torque"] == 45.0
     built = gs.engine.compilations()
     listed(setting, [2, 3])
+    assert resolved(setting, "casadi") == "casadi"
     assert gs.engine.compilations() == built
 
 

@@ -13,6 +13,9 @@ from scipy.stats import ttest_rel
 import gammastar as gs
 from gammastar.campaign import tune as module
 from gammastar.campaign.cost import Cost
+from gammastar.campaign.flown import rows
+from gammastar.campaign.setting import Setting
+from gammastar.campaign.trials import Trials
 from gammastar.campaign.tune import Tuner
 from gammastar.errors import InputError
 from gammastar.mission import Mission, parse
@@ -171,6 +174,21 @@ def test_lists_of_a_campaign_are_flown_by_their_own_missions() -> None:
     tuner = Tuner(mission, 4, 1, machine="casadi")
     (columns,) = tuner.seen.fly([module.Candidate.of(mission.law())])
     assert columns["max_distance_m"] == pytest.approx([HEIGHT, HEIGHT + 0.5] * 2)
+
+
+def test_candidates_meet_the_noise_speed_and_latency_of_every_flight() -> None:
+    """Two candidates of one tuning fly as the campaign does."""
+    vary = [
+        {"quantity": "truth.noise_scale", "kind": "uniform", "low": 0.0, "high": 5.0},
+        {"quantity": "reference.speed", "kind": "uniform", "low": -1.0, "high": 1.0},
+        {"quantity": "truth.latency", "kind": "grid", "choices": [0.0, 0.015]},
+    ]
+    mission = Mission.from_values(NOISY | {"campaign": {"vary": vary}})
+    trials = Trials(mission, range(4), 3, "casadi")
+    expected = rows(Setting(mission, 3), range(4), "casadi").to_pydict()
+    for columns in trials.fly([module.Candidate.of(mission.law())] * 2):
+        for name in ("final_distance_m", "peak_speed_m_s"):
+            assert columns[name] == pytest.approx(expected[name], rel=1e-9)
 
 
 def test_a_cost_that_vanishes_is_infinitely_less() -> None:

@@ -92,11 +92,17 @@ def test_a_quantity_varies_once(mission: Mission) -> None:
         varied(mission, GOOD[0], GOOD[1])
 
 
-def test_no_quantity_lies_within_another(mission: Mission) -> None:
-    """What both say of it would be two values."""
-    outer, inner = GOOD[9], {"quantity": "path", "kind": "list", "choices": [{"name": "circle"}]}
-    with pytest.raises(InputError, match=r"must not lie within each other \(got path and path.radius\)"):
-        varied(mission, outer, inner)
+@pytest.mark.parametrize(
+    ("outer", "inner"),
+    [("path", "path.radius"), ("controller.poles", "controller.poles.yaw"), ("start.attitude", "start.roll")],
+)
+def test_no_two_quantities_say_the_same(mission: Mission, outer: str, inner: str) -> None:
+    """One lies within the other, or is another form of it."""
+    vary = [{"quantity": name, "kind": "list", "choices": [-1.0]} for name in (inner, outer)]
+    with pytest.raises(InputError, match=rf"must not say the same twice \(got {inner} and {outer}\)"):
+        varied(mission, *vary)
+    angles = [{"quantity": f"start.{name}", "kind": "list", "choices": [1.0]} for name in ("roll", "pitch")]
+    assert varied(mission, *angles).file.campaign is not None
 
 
 @pytest.mark.parametrize(("spacing", "values"), [("linear", [1.0, 4.0, 7.0]), ("log", [1.0, 7.0**0.5, 7.0])])

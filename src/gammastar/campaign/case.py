@@ -65,8 +65,9 @@ class Case(NamedTuple):
     def alone(self) -> Mission:
         """Return the only flight as a mission of its own: the same to rounding, since no number in it is one of many."""
         assert isinstance(self.mission, Mission)
-        changes = {name: each.tolist()[0] for name, each in self.values.items() if name in QUANTITIES}
-        changes = {name: value for name, value in changes.items() if QUANTITIES[name].way is not Way.START}
+        changes = {
+            name: each.tolist()[0] for name, each in self.values.items() if QUANTITIES[name].way is not Way.START
+        }
         return self.mission.with_values(
             {"start": self.starts().section(0), **changes, "flight.number": int(self.numbers[0])}
         )

@@ -7,6 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from gammastar.errors import GammastarError
+from gammastar.mission import Mission
 from gammastar.mission.load import parse
 from gammastar.vehicle import Buoyancy
 
@@ -23,7 +24,7 @@ def thrust_to_weight(mission: str, columns: Collection[str]) -> str | None:
         mission: In TOML.
         columns: Of the rows.
     """
-    if not {THRUST, MASS} & set(columns) or any(name.startswith(OTHERS) for name in columns):
+    if not {THRUST, MASS} & set(columns) or any(f"{name}.".startswith(OTHERS) for name in columns):
         return None
     try:
         chosen = parse(mission)
@@ -31,13 +32,19 @@ def thrust_to_weight(mission: str, columns: Collection[str]) -> str | None:
         return None
     vehicle, truth = chosen.truth(), chosen.file.truth
     own = np.asarray(truth.thrust_scale)
-    if vehicle.rotors is None or vehicle.weight == 0 or own.shape != ():
+    if vehicle.rotors is None or vehicle.weight == 0 or own.shape != () or _by_rotor(chosen):
         return None
     lift = sum(float(force.lift) for force in vehicle.forces if isinstance(force, Buoyancy))
     thrust, weight = vehicle.rotors.thrust_range[1], chosen.law().vehicle.mass * vehicle.gravity
     scaled = f"{thrust / float(own):.17e} * {_name(THRUST) if THRUST in columns else f'{float(own):.17e}'}"
     mass = _name(MASS) if MASS in columns else f"{truth.mass_scale:.17e}"
     return f"{scaled} / nullif(abs({weight:.17e} * {mass} - {lift:.17e}), 0)"
+
+
+def _by_rotor(mission: Mission) -> bool:
+    """Return whether thrust scales of single rotors vary; of these lists the column tells places alone."""
+    varied = {} if mission.file.campaign is None else mission.file.campaign.distributions()
+    return any(np.ndim(choice) for choice in getattr(varied.get(THRUST), "choices", ()))
 
 
 def _name(column: str) -> str:

@@ -49,7 +49,10 @@ class Setting:
     @functools.cached_property
     def base(self) -> Mission:
         """Return the mission with neutral values where flights have their own."""
-        return self.changed((), PROMPT)
+        mission = _built(self, (), PROMPT)  # the very one that flies, so that its graphs are built once
+        if isinstance(mission, GammastarError):
+            raise mission
+        return mission
 
     @functools.cached_property
     def varied(self) -> Mapping[str, Distribution]:

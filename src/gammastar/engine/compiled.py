@@ -6,7 +6,7 @@ import collections
 from collections.abc import Callable, Hashable
 from typing import Any
 
-MOST_KEPT = 64  # graphs; the one used longest ago goes first
+MOST_KEPT = 256  # graphs; the one used longest ago goes first
 
 _kept: collections.OrderedDict[Hashable, Any] = collections.OrderedDict()
 _built = 0

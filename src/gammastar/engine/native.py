@@ -16,6 +16,7 @@ from gammastar.engine.step import Step, tables_of
 from gammastar.engine.tape import tape_of
 from gammastar.engine.virtual import observed
 
+MOST_TAPES = 256  # of cores, kept at a time
 LOOK = 0.1  # [s] between two looks at progress and interruptions
 
 
@@ -124,7 +125,7 @@ def _address(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=MOST_TAPES)
 def _core(core: Any) -> Any:
     return tape_of(core, (0,))
 

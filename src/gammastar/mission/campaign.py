@@ -26,6 +26,7 @@ from gammastar.mission.distributions import KINDS, Choice, Distribution, Grid
 from gammastar.mission.tables import plain
 from gammastar.mission.values import Array, Construction, Count, Section, Tables, Text, choose, one_of, section_of
 
+ATTITUDES = ("start.attitude", "start.quaternion", "start.roll", "start.pitch", "start.yaw")
 SAMPLINGS = ("random", "sobol")
 NUMBER, VECTOR, ATTITUDE, ALONG = (), (3,), (3, 3), (4,)
 SHAPES = {NUMBER: "numbers", VECTOR: "vectors", ATTITUDE: "attitudes", ALONG: "places along a path"}
@@ -83,6 +84,12 @@ def _choices(value: Any, info: Any) -> Any:
     return tuple(plain(item) for item in value)
 
 
+def _say_the_same(first: str, second: str) -> bool:
+    """Return whether a quantity lies within another one, or is another form of the attitude."""
+    outer, inner = sorted((first, second), key=len)
+    return inner.startswith(f"{outer}.") or (ATTITUDES[0] in (first, second) and {first, second} <= set(ATTITUDES))
+
+
 class VariedSection(Construction):
     """One quantity with its distribution."""
 
@@ -130,7 +137,7 @@ class CampaignSection(Section):
         """Return the distribution of every quantity.
 
         Raises:
-            MissionError: A quantity varies twice, or within another one.
+            MissionError: A quantity varies twice, or by another one that says the same.
         """
         result = dict[str, Distribution]()
         for k, section in enumerate(self.vary):
@@ -140,10 +147,9 @@ class CampaignSection(Section):
                     f"campaign.vary.{k}.quantity",
                 )
             for other in result:
-                first, second = sorted((other, section.quantity), key=len)
-                if second.startswith(f"{first}."):
+                if _say_the_same(other, section.quantity):
                     raise MissionError(
-                        f"quantities must not lie within each other (got {first} and {second}); leave one of them out",
+                        f"quantities must not say the same twice (got {other} and {section.quantity}); leave one of them out",
                         f"campaign.vary.{k}.quantity",
                     )
             with within(f"[campaign.vary.{k}]"):
