@@ -28,6 +28,7 @@ MADE: dict[str, Curve] = {
     "turned circle": paths.circle(0.3, (1, 2, 3), (1, 1, 0.3)),
     "placed knot": placed(placed(paths.trefoil(2.3, -0.7), (1, 2, 3), TURN, 2.0), (0, 0, 1), TURN),
     "formula": curve_from_formula(**WAVE, period="2*pi", constants={"a": 0.7}),
+    "powers": curve_from_formula("(3 + lambda)**1.3", "(2 + lambda)**(-2.2)", "(4 + lambda)**2.5", domain=(-1, 1)),
     "choices": Curve(lambda s: (ca.fmin(3 * s, 40), ca.if_else(s > 50, 0, s**2), ca.sqrt(4 + s) ** 3), domain=(0, 2)),
 }
 
@@ -70,9 +71,11 @@ def test_the_law_sees_the_same_outputs() -> None:
         [paths.trefoil(r, h) for r, h in ((3.0, 1.0), (1.0, -2.0), (0.7, 0.7))],
         [curve_from_formula(**WAVE, period="2*pi", constants={"a": a}) for a in (3, 1, 2, -0.7)],
         [by_length(paths.circle(r)) for r in (1.0, 1.3)],
+        [paths.lissajous(frequencies=counts, phases=(90, 70, 0)) for counts in ((1, 2, 3), (2, 3, 5))],
+        [curve_from_formula("lambda", f"(3 + lambda)**{p}", "0", domain=(-1, 1)) for p in (-2.1, 1.3, 2.7)],
         [Curve(lambda s, a=a: (s, a * ca.sin(s), a)) for a in (0, 1, 2.5)],
     ],
-    ids=["circles", "ellipses", "knots", "formulas", "by length", "callables"],
+    ids=["circles", "ellipses", "knots", "formulas", "by length", "waves", "powers", "callables"],
 )
 def test_curves_of_one_formula_have_one_graph(alike: list[Any]) -> None:
     """Whatever their numbers are: zero, one, two, or the same twice."""
@@ -81,7 +84,7 @@ def test_curves_of_one_formula_have_one_graph(alike: list[Any]) -> None:
 
 
 def test_curves_of_other_formulas_have_another_graph() -> None:
-    powers = [curve_from_formula("lambda", f"lambda**{p}", "0") for p in (2, 3)]
+    powers = [curve_from_formula("lambda", f"(3 + lambda)**{p}", "0", domain=(-1, 1)) for p in (2, 2.5)]
     knots = [paths.torus_knot(2, 3), paths.trefoil(), paths.helix(), paths.line()]
     assert len({path.with_data().graph_key for path in [*powers, *knots]}) == 6
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +15,14 @@ from gammastar.frames import convert_vector
 from gammastar.law import Law
 from gammastar.law.autopilot import whole_intervals
 from gammastar.mission import Mission
-from gammastar.mission.campaign import QUANTITIES, Way
+from gammastar.mission.campaign import Way, quantity
 from gammastar.vehicle import Scales, scaled
 
 PROMPT = 1e-12  # [s], a latency that asks for an autopilot and takes no control interval
 
 
-class Case(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Case:
     """Flights of one mission and of one program."""
 
     mission: Mission | GammastarError  # or why there is none
@@ -31,12 +34,14 @@ class Case(NamedTuple):
         """Return where the flights begin."""
         assert isinstance(self.mission, Mission)
         given = {name: self.values[f"start.{name}"] for name in PARTS if f"start.{name}" in self.values}
-        return Starts.of(self.mission, len(self.numbers), **given)
+        own, laws = self.mission.law(), self.laws() or []
+        paths = [(own if isinstance(law, InputError) else law).path for law in laws] or [own.path] * len(self.numbers)
+        return Starts.of(self.mission, paths, **given)
 
     def given(self, chosen: np.ndarray) -> dict[str, Any]:
         """Return what `Mission.fly_many` takes of some of the flights beside starts, numbers and laws, in `ned`."""
         assert isinstance(self.mission, Mission)
-        varied = {QUANTITIES[name].parameter: each[chosen] for name, each in self._by(Way.TRUTH).items()}
+        varied = {quantity(name).parameter: each[chosen] for name, each in self._by(Way.TRUTH).items()}
         if "wind" in varied:
             varied["wind"] = convert_vector(varied["wind"], self.mission.frame)
         speeds = [each[chosen] for each in self._by(Way.SPEED).values()]
@@ -44,6 +49,10 @@ class Case(NamedTuple):
 
     def laws(self) -> list[Law | InputError] | None:
         """Return the law of every flight, or why there is none; None where all have that of the mission.  Equal values share one."""
+        return self._laws
+
+    @functools.cached_property
+    def _laws(self) -> list[Law | InputError] | None:
         assert isinstance(self.mission, Mission)
         tuning, made = self._by(Way.LAW), dict[str, Law | InputError]()
         rows = [
@@ -55,6 +64,21 @@ class Case(NamedTuple):
                 made[repr(row)] = _law(self.mission, row)
         return [made[repr(row)] for row in rows] if tuning else None
 
+    def by_program(self) -> Iterator[Case]:
+        """Yield the flights by the programs that their paths take; those without a law are with the first."""
+        laws = self.laws() or []
+        keys = [None if isinstance(law, InputError) else (law.path.graph_key, law.path.ends is None) for law in laws]
+        first, of = next(filter(None, keys), None), dict[Any, list[int]]()
+        for k, key in enumerate(keys):
+            of.setdefault(key or first, []).append(k)
+        if len(of) <= 1:
+            yield self
+            return
+        for own in of.values():
+            case = Case(self.mission, self.places[own], self.numbers[own], {k: v[own] for k, v in self.values.items()})
+            case.__dict__["_laws"] = [laws[k] for k in own]
+            yield case
+
     def require_bodies(self, chosen: np.ndarray) -> None:
         """Raise `InputError` where some flights' scales of inertia, one for each axis, make a body that cannot be."""
         assert isinstance(self.mission, Mission)
@@ -65,15 +89,13 @@ class Case(NamedTuple):
     def alone(self) -> Mission:
         """Return the only flight as a mission of its own: the same to rounding, since no number in it is one of many."""
         assert isinstance(self.mission, Mission)
-        changes = {
-            name: each.tolist()[0] for name, each in self.values.items() if QUANTITIES[name].way is not Way.START
-        }
+        changes = {name: each.tolist()[0] for name, each in self.values.items() if quantity(name).way is not Way.START}
         return self.mission.with_values(
             {"start": self.starts().section(0), **changes, "flight.number": int(self.numbers[0])}
         )
 
     def _by(self, way: Way) -> dict[str, np.ndarray]:
-        return {name: each for name, each in self.values.items() if QUANTITIES[name].way is way}
+        return {name: each for name, each in self.values.items() if quantity(name).way is way}
 
 
 def parted(kinds: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -92,7 +114,7 @@ def programs(values: Mapping[str, np.ndarray], interval: float, count: int) -> n
     if "truth.latency" in values:
         given = values["truth.latency"].astype(float)
         latency = np.where(given > 0, np.maximum(whole_intervals(given, interval) * interval, PROMPT), given)
-    zeros = [each == 0 for name, each in values.items() if QUANTITIES[name].zero_is_apart]
+    zeros = [each == 0 for name, each in values.items() if quantity(name).zero_is_apart]
     return np.stack([latency, *zeros], axis=1).astype(float)
 
 

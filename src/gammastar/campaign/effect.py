@@ -8,16 +8,20 @@ import numpy as np
 
 from gammastar.errors import InputError, MissionError
 from gammastar.mission import Mission
-from gammastar.mission.campaign import QUANTITIES, Way
-from gammastar.mission.changes import POLES
+from gammastar.mission.campaign import Way, quantity
+from gammastar.mission.changes import PATH, POLES
 from gammastar.mission.complaint import within
+from gammastar.mission.references import FeasibleSection
+from gammastar.path import ParametricPath
 
 SPEED = "speed"  # kind of the references of which each flight may have its own
 
 
 def serves(mission: Mission, name: str) -> bool:
     """Return whether a quantity can be data for one program of a mission's flights; as a list or grid it can be varied in any case."""
-    file, way = mission.file, QUANTITIES[name].way
+    file, way = mission.file, quantity(name).way
+    if name.startswith(f"{PATH}."):
+        return isinstance(mission.law().path, ParametricPath) and not isinstance(file.reference, FeasibleSection)
     if way is Way.SPEED:
         return getattr(file.reference, "kind", None) == SPEED
     return way is not Way.LAW or file.integral is None
@@ -25,9 +29,9 @@ def serves(mission: Mission, name: str) -> bool:
 
 def require_effect(mission: Mission, names: Iterable[str]) -> None:
     """Raise `InputError` unless each of some quantities is data for a program of a mission's flights and makes a difference in them."""
-    of = {name: QUANTITIES[name].way for name in names}
+    of = {name: quantity(name).way for name in names}
     with within("[campaign]"):
-        mission.require_possible({QUANTITIES[name].parameter: np.ones((1, 1)) for name in of if of[name] is Way.TRUTH})
+        mission.require_possible({quantity(name).parameter: np.ones((1, 1)) for name in of if of[name] is Way.TRUTH})
         for name in of:
             if of[name] is Way.SPEED and not serves(mission, name):
                 raise MissionError(
@@ -48,10 +52,28 @@ def acting_chains(mission: Mission) -> tuple[str, ...]:
 
 def _require_tuned(mission: Mission, name: str) -> None:
     """Raise `InputError` unless a mission's law becomes another one by other values of a quantity."""
-    own = mission.law()
-    if not name.startswith(POLES):
+    if name.startswith(f"{PATH}."):
+        _require_curve(mission, name)
+    elif not name.startswith(POLES):
         mission.retuned({name: 1.0})
-        return
+    else:
+        _require_acting(mission, name)
+
+
+def _require_curve(mission: Mission, name: str) -> None:
+    """Raise `InputError` unless a number of the path can be data for one program."""
+    if not serves(mission, name):
+        found = "a feasible one" if isinstance(mission.law().path, ParametricPath) else "an implicit path"
+        raise MissionError(
+            f"{name} must be that of a curve, at a speed that is not made for it (got {found}); vary it as a list, each choice of which is "
+            "a program of its own",
+            name,
+        )
+
+
+def _require_acting(mission: Mission, name: str) -> None:
+    """Raise `InputError` unless some poles are those of a chain that makes a difference."""
+    own = mission.law()
     other = mission.retuned({name: -2 * max(abs(pole) for poles in own.poles.values() for pole in poles)})
     chains = acting_chains(mission)
     if all(own.poles[chain] == other.poles[chain] for chain in chains):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from operator import getitem
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,10 @@ from gammastar.campaign.effect import require_effect, serves
 from gammastar.campaign.sample import sampled
 from gammastar.campaign.starts import AXES, PARTS
 from gammastar.errors import GammastarError, MissionError
+from gammastar.law import Law
 from gammastar.mission import Mission
-from gammastar.mission.campaign import ALONG, QUANTITIES, Way
-from gammastar.mission.changes import changed
+from gammastar.mission.campaign import ALONG, Way, quantity
+from gammastar.mission.changes import PATH, changed
 from gammastar.mission.distributions import Choice, Distribution, Grid
 from gammastar.mission.mission import read
 
@@ -58,21 +60,21 @@ class Setting:
     def varied(self) -> Mapping[str, Distribution]:
         """Return the distributions of all that varies, by quantity."""
         assert self.mission.file.campaign is not None
-        return self.mission.file.campaign.distributions()
+        return self.mission.file.campaign.distributions(self.mission.quantities)
 
     @functools.cached_property
     def data(self) -> list[str]:
         """Return the quantities that are data for one program, of those that vary."""
-        return [name for name in self.varied if name in QUANTITIES and name not in self._changes]
+        return [name for name in self.varied if name in self.mission.quantities and name not in self._changes]
 
     @functools.cached_property
     def _numbers(self) -> Mapping[str, np.ndarray]:
         """The choices (k, ...) of lists and grids that are numbers of one shape for a quantity that is data."""
-        found = dict[str, np.ndarray]()
+        found, known = dict[str, np.ndarray](), self.mission.quantities
         for name, distribution in self.varied.items():
-            if isinstance(distribution, Choice | Grid) and name in QUANTITIES and serves(self.mission, name):
+            if isinstance(distribution, Choice | Grid) and name in known and serves(self.mission, name):
                 choices = _as_array(distribution.choices)
-                if choices is not None and choices.shape[1:] in set(QUANTITIES[name].shapes) - {ALONG}:
+                if choices is not None and choices.shape[1:] in set(known[name].shapes) - {ALONG}:
                     found[name] = choices
         return found
 
@@ -88,7 +90,9 @@ class Setting:
         return {
             name: choices
             for name, choices in self._lists.items()
-            if name not in QUANTITIES or QUANTITIES[name].way is not Way.LAW or not serves(self.mission, name)
+            if name not in self.mission.quantities
+            or quantity(name).way is not Way.LAW
+            or not serves(self.mission, name)
         }
 
     def sample(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
@@ -109,19 +113,26 @@ class Setting:
                 continue
             for (latency, *_), part in parted(programs(own, mission.interval, len(chosen))):
                 places, values = chosen[part], {name: each[part] for name, each in own.items()}
-                yield Case(_built(self, changes, float(latency)), places, numbers[places], values)
+                case = Case(_built(self, changes, float(latency)), places, numbers[places], values)
+                yield from [case] if isinstance(case.mission, GammastarError) else case.by_program()
 
     def nominal(self, count: int) -> dict[str, Any]:
         """Return what `Mission.fly_many` takes of some flights of the mission itself, flown by the program of those that vary."""
-        mission, ways = self.base, {QUANTITIES[name].way for name in self.data}
+        mission, ways = self.base, {quantity(name).way for name in self.data}
         own = {"truth.rate_bandwidth": mission.truth().rate_bandwidth}
         if Way.SPEED in ways:
             own["reference.speed"] = mission.values()["reference"]["speed"]
-        neutral = {name: QUANTITIES[name].neutral or own.get(name) for name in self.data}
+        neutral = {name: quantity(name).neutral or own.get(name) for name in self.data}
         values = {name: np.array([value] * count) for name, value in neutral.items() if value is not None}
         every = np.arange(count)
-        laws = {"laws": [mission.law()] * count} if Way.LAW in ways else {}
+        laws = {"laws": [self._nominal_law()] * count} if Way.LAW in ways else {}
         return {**Case(mission, every, every, values).given(every), **laws}
+
+    def _nominal_law(self) -> Law:
+        """Return the law of the mission, along its path by numbers that are data if they are of those that vary."""
+        given: Any = {PATH: self.base.file.path.model_dump()}
+        names = [name for name in self.data if name.startswith(f"{PATH}.")]
+        return self.base.retuned({name: functools.reduce(getitem, name.split("."), given) for name in names})
 
     def columns(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the columns (n,) that tell what varies beside the start: numbers, coordinates, texts, or places in a list."""
@@ -143,7 +154,7 @@ class Setting:
             changes = {
                 name: choices[place] for (name, choices), place in zip(self._changes.items(), places, strict=True)
             }
-        neutral = {name: QUANTITIES[name].neutral for name in self.data}
+        neutral = {name: quantity(name).neutral for name in self.data}
         held = {"truth.latency": latency} if "truth.latency" in self.data else {}
         return Mission.from_values(self._values({k: v for k, v in neutral.items() if v is not None} | held | changes))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 from gammastar.frames import convert_attitude, convert_vector
 from gammastar.mission import Mission, turn
 from gammastar.mission.campaign import ALONG
+from gammastar.path import Path
+from gammastar.path.base import distinct
 from gammastar.vehicle import State
 
 PARTS = ("position", "velocity", "attitude", "angular_velocity")
@@ -29,14 +32,14 @@ class Starts:
     thrust_rate: float  # [N/s]
 
     @classmethod
-    def of(cls, mission: Mission, count: int, **given: np.ndarray) -> Starts:
-        """Return the starts of some flights of a mission, with the parts that are given, (n, ...), in place of its own.
+    def of(cls, mission: Mission, paths: Sequence[Path], **given: np.ndarray) -> Starts:
+        """Return the starts of flights of a mission along paths, with the parts that are given, (n, ...), in place of its own.
 
         A position (n, 4) is a share of the path's domain and an offset [m] from the path there.
         """
-        own, frame = mission.start(), mission.frame
+        own, frame, count = mission.start(), mission.frame, len(paths)
         if "position" in given and given["position"].shape[1:] == ALONG:
-            given["position"] = _beside_the_path(mission, given["position"])
+            given["position"] = _beside(paths, given["position"], frame)
         parts = {
             "position": convert_vector(own.position, frame),
             "velocity": convert_vector(own.velocity, frame),
@@ -91,9 +94,10 @@ def unknown(count: int) -> dict[str, np.ndarray]:
     return {name: column.copy() for name, column in columns.items()}
 
 
-def _beside_the_path(mission: Mission, places: np.ndarray) -> np.ndarray:
-    """Return positions (n, 3) [m] at shares of the path's domain, with offsets from there."""
-    path = mission.law().path
-    begin, end = path.domain
-    points = path.points(begin + (end - begin) * places[:, 0])
-    return np.asarray(convert_vector(points, mission.frame) + places[:, 1:])
+def _beside(paths: Sequence[Path], places: np.ndarray, frame: str) -> np.ndarray:
+    """Return positions (n, 3) [m] at shares of the domains of paths, with offsets from there."""
+    points = np.empty((len(paths), 3))
+    for path, own in distinct(paths):
+        low, high = path.domain
+        points[own] = path.points(low + (high - low) * places[own, 0])
+    return np.asarray(convert_vector(points, frame) + places[:, 1:])

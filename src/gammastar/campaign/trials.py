@@ -12,6 +12,7 @@ import numpy as np
 from gammastar.campaign.setting import Setting
 from gammastar.campaign.space import Candidate
 from gammastar.errors import GammastarError, MissionError
+from gammastar.law import Law
 from gammastar.mission import Mission
 from gammastar.vehicle import State
 
@@ -26,6 +27,7 @@ class Batch(NamedTuple):
     places: np.ndarray  # (m,) of the flights among all
     numbers: np.ndarray  # (m,) of the flights
     starts: list[State]
+    laws: list[Law]
     given: Mapping[str, Any]  # what `Mission.fly_many` takes beside, `varied` and `speed`
 
 
@@ -45,7 +47,7 @@ class Trials:
 
     def __post_init__(self) -> None:
         campaign = self.mission.file.campaign
-        for name in () if campaign is None else campaign.distributions():
+        for name in () if campaign is None else campaign.distributions(self.mission.quantities):
             if name.split(".")[0] in TUNED:
                 raise MissionError(
                     f"a mission that is tuned must vary what surrounds its law (got {name}); leave it out of [campaign]",
@@ -68,10 +70,9 @@ class Trials:
                 assert progress is not None
                 progress((done + size * steps / total) / count)
 
-            law = batch.mission.law()
             flown = batch.mission.fly_many(
                 batch.starts * tried,
-                [tuned for tuned in (candidate.law(law) for candidate in candidates) for _ in range(size)],
+                [law for candidate in candidates for law in _tuned(candidate, batch.laws)],
                 **_tiled(batch.given, tried),
                 flights=np.tile(batch.numbers, tried).tolist(),
                 seed=self.seed,
@@ -91,18 +92,29 @@ class Trials:
     def _batches(self) -> list[Batch]:
         numbers = np.array(self.numbers)
         if self.mission.file.campaign is None:
-            return [Batch(self.mission, np.arange(len(numbers)), numbers, [self.mission.start()] * len(numbers), {})]
+            given = [self.mission.start()] * len(numbers), [self.mission.law()] * len(numbers), dict[str, Any]()
+            return [Batch(self.mission, np.arange(len(numbers)), numbers, *given)]
         setting = Setting(self.mission, self.seed)
         batches = list[Batch]()
         for case in setting.cases(numbers, setting.sample(numbers)):
             if isinstance(case.mission, GammastarError):
                 raise case.mission
-            case.require_bodies(np.arange(len(case.numbers)))
             every = np.arange(len(case.numbers))
-            batches.append(
-                Batch(case.mission, case.places, case.numbers, case.starts().states(every), case.given(every))
-            )
+            case.require_bodies(every)
+            laws = list[Law]()
+            for law in case.laws() or [case.mission.law()] * len(every):
+                if isinstance(law, GammastarError):
+                    raise law
+                laws.append(law)
+            starts = case.starts().states(every)
+            batches.append(Batch(case.mission, case.places, case.numbers, starts, laws, case.given(every)))
         return batches
+
+
+def _tuned(candidate: Candidate, laws: list[Law]) -> list[Law]:
+    """Return the laws of flights with a tuning."""
+    found = {id(law): candidate.law(law) for law in {id(law): law for law in laws}.values()}
+    return [found[id(law)] for law in laws]
 
 
 def _tiled(given: Mapping[str, Any], times: int) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from gammastar.law import AnyReference, Heading, Law, Reference, Speed
 from gammastar.law.guidance import Guidance
 from gammastar.lookup import Table
 from gammastar.path import Path
+from gammastar.path.base import distinct
 from gammastar.vehicle import State, Vehicle
 from gammastar.vehicle.state import SIZE as STATE_SIZE
 
@@ -193,11 +194,7 @@ def _speeds(speed: ArrayLike | None, count: int) -> list[Speed]:
 def _nearest(paths: list[Path], positions: np.ndarray) -> np.ndarray:
     """Return the places (1 + data_size, n) of the points of paths nearest to positions (n, 3) [m], each of its own path."""
     places = np.empty((1 + paths[0].data_size, len(positions)))
-    of = dict[int, list[int]]()
-    for k in range(len(positions)):
-        of.setdefault(id(paths[k]), []).append(k)
-    for own in of.values():
-        path = paths[own[0]]
+    for path, own in distinct(paths[: len(positions)]):
         parameters = path.start_parameters(positions[own])
         places[:, own] = np.vstack([parameters, path.data(parameters)])
     return places

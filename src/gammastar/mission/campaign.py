@@ -6,8 +6,8 @@
     low = 0.9
     high = 1.1
 
-Distributions of numbers, vectors and attitudes are for the quantities in `QUANTITIES`, which are data for the one program that flies the
-mission; a list or a grid is for any key of a mission.
+Distributions of numbers, vectors and attitudes are for the quantities in `QUANTITIES` and the numbers of [path], which are data for the
+one program that flies the mission; a list or a grid is for any key of a mission.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from pydantic import PlainValidator, SerializeAsAny, field_validator
 
 from gammastar.errors import InputError, MissionError, UnknownNameError
 from gammastar.law.design import CHAINS
-from gammastar.mission.changes import POLES
+from gammastar.mission.changes import PATH, POLES
 from gammastar.mission.complaint import shown, within
 from gammastar.mission.distributions import KINDS, Choice, Distribution, Grid
+from gammastar.mission.paths import PathSection
 from gammastar.mission.tables import plain
 from gammastar.mission.values import Array, Construction, Count, Section, Tables, Text, choose, one_of, section_of
 
@@ -76,6 +77,19 @@ QUANTITIES: dict[str, Quantity] = {
 }
 
 
+OF_PATH = Quantity(Way.LAW, (NUMBER, VECTOR))
+
+
+def quantities_of(path: PathSection) -> dict[str, Quantity]:
+    """Return what may vary in one program of a mission with a path, by key."""
+    return QUANTITIES | {f"{PATH}.{key}": OF_PATH._replace(shapes=(shape,)) for key, shape in path.numbers().items()}
+
+
+def quantity(name: str) -> Quantity:
+    """Return one of them, of any mission."""
+    return OF_PATH if name.startswith(f"{PATH}.") else QUANTITIES[name]
+
+
 def _choices(value: Any, info: Any) -> Any:
     if value is None:
         return None
@@ -95,14 +109,14 @@ class VariedSection(Construction):
 
     quantity: Text
 
-    def distribution(self) -> Distribution:
-        """Return the distribution, which fits the quantity."""
+    def distribution(self, known: Mapping[str, Quantity]) -> Distribution:
+        """Return the distribution, which fits the quantity, one of those known if it is no list and no grid."""
         made: Distribution = self.factory()(**self.arguments())
         if isinstance(made, Choice | Grid):
             return made
-        if self.quantity not in QUANTITIES:
-            raise UnknownNameError("quantity", self.quantity, QUANTITIES)
-        if made.shape not in (shapes := QUANTITIES[self.quantity].shapes):
+        if self.quantity not in known:
+            raise UnknownNameError("quantity", self.quantity, known)
+        if made.shape not in (shapes := known[self.quantity].shapes):
             allowed = " or ".join(SHAPES[shape] for shape in shapes)
             raise InputError(
                 f"{self.quantity} must vary over {allowed} (got {SHAPES[made.shape]}); choose a kind of distribution that gives them"
@@ -133,8 +147,8 @@ class CampaignSection(Section):
             raise InputError("vary must be a list of tables (got none in it); add [[campaign.vary]]")
         return value
 
-    def distributions(self) -> Mapping[str, Distribution]:
-        """Return the distribution of every quantity.
+    def distributions(self, known: Mapping[str, Quantity] = QUANTITIES) -> Mapping[str, Distribution]:
+        """Return the distribution of every quantity, see `quantities_of`.
 
         Raises:
             MissionError: A quantity varies twice, or by another one that says the same.
@@ -153,5 +167,5 @@ class CampaignSection(Section):
                         f"campaign.vary.{k}.quantity",
                     )
             with within(f"[campaign.vary.{k}]"):
-                result[section.quantity] = section.distribution()
+                result[section.quantity] = section.distribution(known)
         return result

@@ -8,7 +8,7 @@ from typing import Any
 from gammastar.law.design import by_chain
 from gammastar.mission.tables import plain, put
 
-POLES = "controller.poles"
+POLES, PATH = "controller.poles", "path"
 
 
 def changed(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

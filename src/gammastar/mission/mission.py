@@ -22,6 +22,7 @@ from gammastar.flight.timing import interval_of, timing
 from gammastar.law import AnyReference, Law, Profile
 from gammastar.law.autopilot import Autopilot
 from gammastar.law.guidance import Guidance
+from gammastar.mission.campaign import Quantity, quantities_of
 from gammastar.mission.changes import changed
 from gammastar.mission.complaint import complaint, within
 from gammastar.mission.parts import Parts
@@ -71,9 +72,8 @@ class Mission:
             interval_of(*sampling)
         with within("[flight]"):
             timing(*sampling, flight.duration)
-        assert (
-            self.file.campaign is None or self.file.campaign.distributions()
-        )  # refuses bad ones now, not when it is flown
+        if self.file.campaign is not None:  # refuses bad ones now, not when it is flown
+            assert self.file.campaign.distributions(self.quantities)
         assert self._parts.limits  # refuses bad limits now, not when the mission is certified
         loop, _, steps = prepared(law, start, self._parts.reference, self._parts.yaw, conditions)
         with within("[[replacements]]"):
@@ -95,6 +95,11 @@ class Mission:
         What the mission leaves open stays open: a start thrust that is the weight follows a changed mass.
         """
         return Mission.from_values(changed(self.file.model_dump(exclude_unset=True), changes))
+
+    @functools.cached_property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Return what may vary from flight to flight in one program, by key; see `gammastar.mission.campaign`."""
+        return quantities_of(self.file.path)
 
     @property
     def title(self) -> str:

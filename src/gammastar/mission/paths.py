@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 import numpy as np
@@ -67,6 +67,10 @@ class PathSection(Construction):
         stays = not np.any(place["position"]) and np.array_equal(place["rotation"], np.eye(3)) and place["scale"] == 1
         result: Path = path if stays else placed(path, **place)
         return result
+
+    def numbers(self) -> dict[str, tuple[int, ...]]:
+        """Return the shapes of the numbers () and vectors (3,) of the section by their keys, those of tables in it by dotted ones."""
+        return dict(_shapes(self.model_dump(exclude_none=True)))
 
     def written(self) -> dict[str, Any]:
         """Return the section with every default written out: its name, what gives the path, and where it lies."""
@@ -138,6 +142,21 @@ class TableSection(SplineSection):
         values = super().written()
         del values["name"], values["file"]
         return {"name": "waypoints", "points": self.rows} | values
+
+
+def _shapes(values: Mapping[str, Any]) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Yield the shapes of numbers and vectors by key."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{key}.{inner}", shape) for inner, shape in _shapes(value))
+        elif _is_number(value):
+            yield key, ()
+        elif isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)):
+            yield key, (3,)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 CATALOGUE = {name: section_of(getattr(catalogue, name), CatalogueSection, name=name) for name in catalogue.__all__}

@@ -1,4 +1,4 @@
-"""The law of a mission with another tuning: poles, speed of the approach, bandwidths of observers; all else is the same object."""
+"""The law of a mission with other numbers: poles, speed of the approach, bandwidths of observers, its path; all else is the same object."""
 
 from __future__ import annotations
 
@@ -9,25 +9,32 @@ from typing import Any
 from gammastar.errors import MissionError
 from gammastar.law import IntegralAction, Law
 from gammastar.law.design import chains_of
-from gammastar.mission.changes import POLES, changed
+from gammastar.mission.changes import PATH, POLES, changed
 from gammastar.mission.complaint import within
+from gammastar.mission.paths import path_section
 from gammastar.mission.sections import ControllerSection, MissionFile
 
 
 def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
-    """Return the law of a mission with other values of its tuning, by the keys that they have in the mission's file.
+    """Return the law of a mission with other values of its tuning and its path, by the keys that they have in the mission's file.
 
-    It is the law that the mission with these values has, and takes some tenths of a millisecond.
+    It is the law that the mission with these values has, and takes some tenths of a millisecond, with another path some milliseconds.  The
+    numbers of such a path are data.
 
     Args:
         file: Of the mission.
         law: Of the mission.
-        values: Of `controller.poles` and keys below it, `approach.speed`, `observer.force` and `observer.torque`, checked for their types.
+        values: Of `controller.poles` and keys below it, `approach.speed`, `observer.force` and `observer.torque`, checked for their types,
+            and of keys below `path`.
 
     Raises:
         InputError: There is no such law, or the mission has no approach or observers to be tuned, or poles that an integral goes with.
     """
     changes = dict[str, Any]()
+    if numbers := {key: value for key, value in values.items() if key.startswith(f"{PATH}.")}:
+        with within("[path]"):
+            own = {PATH: file.path.model_dump(exclude_unset=True)}
+            changes["path"] = path_section(changed(own, numbers)[PATH]).path(file.frame).with_data()
     if poles := {key: value for key, value in values.items() if key.startswith(POLES)}:
         if isinstance(law.rejection, IntegralAction):
             raise MissionError(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -189,6 +189,14 @@ class Path(ABC):
     def nearest_turn(self, parameter: float, near: float) -> float:
         """Return `parameter` shifted by whole periods to lie nearest to `near`; unchanged on an open path."""
         return parameter if self.period is None else parameter + self.period * round((near - parameter) / self.period)
+
+
+def distinct(paths: Sequence[Path]) -> Iterator[tuple[Path, list[int]]]:
+    """Yield each path of a list once, with the places at which it is."""
+    places = dict[int, list[int]]()
+    for k, path in enumerate(paths):
+        places.setdefault(id(path), []).append(k)
+    yield from ((paths[own[0]], own) for own in places.values())
 
 
 def interval(given: Any, name: str) -> tuple[float, float]:

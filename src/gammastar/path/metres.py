@@ -169,7 +169,7 @@ def _fitted(path: ParametricPath, metres: np.ndarray) -> MetricPath | None:
     coefficients = pieces.c[::-1, inside].T.copy()
     coefficients[:, 0] += parameters[0] + steady * (knots[:-1] - metres[0])
     coefficients[:, 1] += steady
-    fitted = MetricPath(path, knots, coefficients)
     between = np.linspace(metres[0], metres[-1], 8 * len(metres))
-    pace = np.linalg.norm(fitted.jets(between, 2)[:, 1], axis=1)
-    return fitted if np.all(np.abs(pace - 1) <= PACE) else None
+    reached = parameters[0] + steady * (between - metres[0]) + pieces(between)
+    pace = np.linalg.norm(path.jets(reached, 2)[:, 1], axis=1) * (steady + pieces.derivative()(between))
+    return MetricPath(path, knots, coefficients) if np.all(np.abs(pace - 1) <= PACE) else None

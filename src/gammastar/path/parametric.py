@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import collections
 import functools
 from abc import abstractmethod
+from collections.abc import Hashable
 from typing import Any
 
 import casadi as ca
@@ -19,6 +21,9 @@ from gammastar.taylor import Series
 NEWTON_STEPS = 2  # from a guess off by 1e-3 the error is 1e-6, then 1e-12 (quadratic)
 GLOBAL_POINTS = 4096  # samples of the domain among which a nearest point is sought first
 SMALLEST_SLOPE = 1e-3  # of the tracking equation, relative: inside the focal set Newton would run to the farthest point
+MOST_KEPT = 64  # functions that sample paths; the one used longest ago goes first
+
+_samplers: collections.OrderedDict[tuple[Hashable, int], Any] = collections.OrderedDict()
 
 
 class ParametricPath(Path):
@@ -143,8 +148,16 @@ class ParametricPath(Path):
         return np.stack([row.full().T for row in rows[: order + 1]], axis=1)
 
     def _sampler(self, order: int) -> Any:
-        place = ca.SX.sym("place", 1 + self.data_size)
-        return ca.Function("jet", [place], ca.cse([ca.densify(row) for row in self.jet(place, order)]))
+        """Return the function place -> derivatives up to an order: one for all paths of one graph."""
+        key = self.graph_key, order
+        if key not in _samplers:
+            place = ca.SX.sym("place", 1 + self.data_size)
+            rows = ca.cse([ca.densify(row) for row in self.jet(place, order)])
+            _samplers[key] = ca.Function("jet", [place], rows)
+            if len(_samplers) > MOST_KEPT:
+                _samplers.popitem(last=False)
+        _samplers.move_to_end(key)
+        return _samplers[key]
 
     @functools.cached_property
     def _fast_sampler(self) -> Any:

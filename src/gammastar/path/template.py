@@ -24,7 +24,7 @@ from gammastar.path.smoothness import may_bend
 from gammastar.taylor import Series
 
 POWERS = (ca.OP_POW, ca.OP_CONSTPOW)
-MOST_KEPT = 64  # functions that sample curves
+MOST_KEPT = 64  # templates whose smoothness is known
 
 Operand = int | float | None
 """What an instruction takes: a value by its number, an exponent, or None for the next number of the curve."""
@@ -69,7 +69,7 @@ class Template(NamedTuple):
 def read(formula: Callable[[], Any]) -> tuple[Template, np.ndarray]:
     """Return the template and the numbers (n,) of what builds the function parameter -> x, y, z.
 
-    Exponents stay in the template: whether a power has derivatives at zero depends on them.
+    Exponents that are whole or half stay in the template: such a power is a product or a root, with derivatives where others have none.
     """
     with _unsimplified():
         function = formula()
@@ -94,8 +94,8 @@ def read(formula: Callable[[], Any]) -> tuple[Template, np.ndarray]:
             results[writes[0]] = held[reads[0]]
         else:
             first, *rest = (held[slot] for slot in reads)
-            operands = (lifted(first), *(rest if operation in POWERS else map(lifted, rest)))
-            instructions.append((operation, operands))
+            stays = operation in POWERS and isinstance(rest[0], float) and (2 * rest[0]).is_integer()
+            instructions.append((operation, (lifted(first), *(rest if stays else map(lifted, rest)))))
             held[writes[0]] = len(instructions)
     ends = tuple(lifted(result) for result in results)
     return Template(tuple(instructions), ends, len(numbers)), np.array(numbers)
@@ -115,13 +115,6 @@ def _unsimplified() -> Iterator[None]:
 @functools.lru_cache(MOST_KEPT)
 def _may_bend(template: Template) -> bool:
     return may_bend(template.function())
-
-
-@functools.lru_cache(MOST_KEPT)
-def _sampler(template: Template, order: int) -> Any:
-    """Return the function place -> the derivatives of a template, as numbers; one for all curves that have it."""
-    place = ca.SX.sym("place", 1 + template.size)
-    return ca.Function("jet", [place], ca.cse([ca.densify(row) for row in template.jet(place, order)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,11 +146,3 @@ class TemplateCurve(ParametricPath):
     def jets(self, parameters: np.ndarray, order: int = JET_ORDER) -> np.ndarray:
         """Return (n, order + 1, 3): point and derivatives with respect to the parameter, at parameters (n,)."""
         return self._sampled(np.atleast_1d(np.asarray(parameters, dtype=float)), order)
-
-    @property
-    def _fast_sampler(self) -> Any:
-        return _sampler(self.template, 2)
-
-    @property
-    def _full_sampler(self) -> Any:
-        return _sampler(self.template, JET_ORDER)
