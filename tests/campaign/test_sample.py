@@ -116,6 +116,8 @@ def test_points_of_low_discrepancy_fill_evenly() -> None:
     ("make", "said"),
     [
         (lambda: Uniform(1, 1), "low must be below high"),
+        (lambda: Uniform(-1.7e308, 1.7e308), r"low must be at most 1e\+50"),
+        (lambda: Normal(0, 1e300), r"deviation must be at most 1e\+50"),
         (lambda: Uniform(0, float("nan")), "finite"),
         (lambda: Uniform((0, 0, 0), 1), "same form"),
         (lambda: LogUniform(-1, 1), "one sign"),

@@ -114,6 +114,18 @@ def test_an_interrupt_while_libraries_load_is_one_line() -> None:
     assert answer.stderr == "interrupted; no file was left half written\n"
 
 
+def test_a_signal_while_a_text_is_executed_keeps_its_exit_code(tmp_path: Path) -> None:
+    """As `dataclass` does while modules load: `python -m` would end by SIGINT then, whatever the signal."""
+    (tmp_path / "program.py").write_text(
+        "import os, signal, sys\n"
+        "from gammastar import cli\n"
+        "cli._run = lambda _: exec('os.kill(os.getpid(), signal.SIGTERM)\\nwhile True: pass')\n"
+        "sys.exit(cli.main([]))\n"
+    )
+    answer = subprocess.run([sys.executable, "-m", "program"], cwd=tmp_path, env=ENVIRONMENT, check=False)
+    assert answer.returncode == 143
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_during_a_flight_leaves_nothing(number: int, tmp_path: Path) -> None:
     """A long flight: one line, the code of the signal, no folder."""

@@ -39,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             process.settle_streams()
     if code == process.INTERRUPTED:
         code = 128 + (received or [signal.SIGINT])[0]
+        process.forget_interrupt()
         process.note(said)
     return code
 

@@ -93,6 +93,15 @@ def answered() -> None:
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
+def forget_interrupt() -> None:
+    """Let the exit code stand.
+
+    `python -m` keeps in mind an interrupt that went through `exec` of a text, as dataclasses run while modules load, and would end by it
+    whatever became of it; the next text that runs to its end makes it forget.
+    """
+    exec("")
+
+
 def is_interrupt(error: BaseException | None) -> bool:
     """Return whether an error is an interrupt, or what a library in another language makes of one."""
     while error is not None and not isinstance(error, KeyboardInterrupt):

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gammastar.checks import array, magnitude, number, shape_of, shortened
+from gammastar.checks import LARGEST, array, magnitude, number, shape_of, shortened
 from gammastar.errors import InputError, ShapeError
 from gammastar.mission.attitudes import About, AnyAttitude, Tilted
 
@@ -272,6 +272,8 @@ def _set(distribution: Any, first: str, second: str, vectors: bool = True) -> No
     for name in (first, second):
         value = getattr(distribution, name)
         checked = array(value, name, (3,)) if shapes == {(3,)} else number(value, name)
+        if np.any(np.abs(checked) > LARGEST):
+            raise InputError(f"{name} must be at most {LARGEST:g} (got {shortened(value)}); check its unit")
         object.__setattr__(distribution, name, checked)
 
 
