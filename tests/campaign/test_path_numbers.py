@@ -12,6 +12,7 @@ import gammastar as gs
 from engine import steps
 from gammastar.campaign.flown import rows
 from gammastar.campaign.setting import Setting
+from gammastar.campaign.space import Candidate
 from gammastar.campaign.trials import Trials
 from gammastar.errors import InputError, MissionError
 from gammastar.mission import Mission, load
@@ -183,10 +184,9 @@ def test_a_flight_is_flown_again_along_its_own_path(tmp_path: Path) -> None:
 
 def test_a_tuning_is_tried_along_the_path_of_each_flight() -> None:
     mission = flying({"name": "circle"}, RADIUS)
-    trials = Trials(mission, range(2), seed=3, machine="casadi")
-    (batch,) = trials._batches
-    lengths = [law.path.length() / (2 * np.pi) for law in batch.laws]
-    assert lengths == pytest.approx(Setting(mission, 3).sample(np.arange(2))["path.radius"])
+    (columns,) = Trials(mission, range(2), seed=3, machine="casadi").fly([Candidate.of(mission.law())])
+    for name in ("final_distance_m", "max_distance_m"):
+        assert columns[name] == pytest.approx([row[name] for row in listed(Setting(mission, 3), range(2))], abs=1e-9)
 
 
 @steps.needs_compiler
