@@ -122,15 +122,25 @@ def test_poles_that_cannot_be_are_rows(circle: Mission) -> None:
     assert [row["controller.poles"] for row in table] == [-4.0, -2.0, 0.0, 2.0]
 
 
-def test_lists_of_poles_are_tunings_of_one_law(circle: Mission) -> None:
+@pytest.mark.parametrize(
+    "choices",
+    [
+        [[-2.0, -3.0, -4.0, -5.0], [-4.0, -4.0, -4.0, -4.0]],
+        [-3.0, [[-3.0, 1.0], [-3.0, -1.0], -4.0, -4.0], {"yaw": -1.0}],
+    ],
+    ids=["of one length", "of all forms"],
+)
+def test_lists_of_poles_are_tunings_of_one_law(circle: Mission, choices: list[Any]) -> None:
     """Numbers, lists, complex pairs and tables of chains alike; the row tells the place in the list."""
-    choices = [-3.0, [-2.0, -3.0, -4.0, -5.0], [[-3.0, 1.0], [-3.0, -1.0], -4.0, -4.0], {"yaw": -1.0}]
-    setting = Setting(varied(circle, {"quantity": "controller.poles", "kind": "grid", "choices": choices}), seed=0)
-    (case,) = setting.cases(np.arange(8), setting.sample(np.arange(8)))
+    setting, count = (
+        Setting(varied(circle, {"quantity": "controller.poles", "kind": "grid", "choices": choices}), seed=0),
+        len(choices),
+    )
+    (case,) = setting.cases(np.arange(2 * count), setting.sample(np.arange(2 * count)))
     laws = case.laws()
     assert laws is not None
-    assert all(laws[k] is laws[k + 4] for k in range(4))
-    for row, choice in zip(listed(setting, range(4)), choices, strict=True):
+    assert all(laws[k] is laws[k + count] for k in range(count))
+    for row, choice in zip(listed(setting, range(count)), choices, strict=True):
         alone = circle.with_values({"controller.poles": choice, "flight.number": row["flight"]})
         same(row, alone)
         assert row["controller.poles"] == row["flight"]
