@@ -199,6 +199,10 @@ def test_a_flight_that_settled_says_so(circle: Mission) -> None:
         ),
         ({"quantity": "controler.poles", "kind": "list", "choices": [-1.0]}, "controller"),
         ({"quantity": "controller.poles", "kind": "list", "choices": ["fast"]}, "poles must hold numbers only"),
+        (
+            {"quantity": "truth.mass_scale", "kind": "list", "choices": [1.0, True]},
+            r"mass_scale must be a number \(got true\)",
+        ),
     ],
 )
 def test_what_makes_no_difference_or_no_mission_is_refused_at_once(

@@ -189,7 +189,8 @@ def _as_array(choices: Any) -> np.ndarray | None:
         found = np.array(choices)
     except ValueError:
         return None
-    return found.astype(float) if found.dtype.kind in "if" else None
+    has_truths = any(isinstance(each, bool) for each in choices)  # among numbers NumPy counts them as such
+    return found.astype(float) if found.dtype.kind in "if" and not has_truths else None
 
 
 def _shown(choices: Any) -> np.ndarray:
