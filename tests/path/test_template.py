@@ -95,6 +95,13 @@ def test_a_power_of_zero_keeps_its_derivatives() -> None:
     assert path.jets(np.zeros(1))[0, :, 1] == pytest.approx([0, 0, 0, 12, 0, 0], abs=1e-15)
 
 
+def test_what_is_multiplied_by_zero_need_not_be_finite() -> None:
+    """It is not there: the curve is the one without."""
+    path = curve_from_formula("lambda", "a*sqrt(lambda)", "b/lambda", domain=(-1, 1), constants={"a": 0, "b": 0})
+    assert path.jets(np.array([-1.0, 0.0])).tolist() == paths.line().jets(np.array([-1.0, 0.0])).tolist()
+    assert path.with_data() is path
+
+
 def test_casadi_simplifies_again_afterwards() -> None:
     """Also after a formula that cannot be read."""
     with pytest.raises(PathError, match="must work on CasADi symbols"):

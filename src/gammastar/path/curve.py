@@ -17,6 +17,7 @@ from gammastar.path.base import JET_ORDER, interval
 from gammastar.path.jet import Jet
 from gammastar.path.parametric import ParametricPath
 from gammastar.path.regularity import check_regular, check_smooth
+from gammastar.path.smoothness import may_bend
 from gammastar.path.symbols import called, scalars
 from gammastar.path.template import TemplateCurve, read
 from gammastar.taylor import Series
@@ -55,12 +56,23 @@ class Curve(ParametricPath):
         self._check()
 
     def _check(self) -> None:
-        check_regular(self._with_data)
-        check_smooth(self._with_data, self._with_data.template.may_bend)
+        """Refuse a curve that cannot be a path; the graphs of another one of its formula tell most that can."""
+        if not self._is_path_by_data:
+            check_regular(self)
+            check_smooth(self, may_bend(self._point_function))
 
-    def with_data(self) -> TemplateCurve:
-        """Return the same curve with the numbers of its formula as data."""
-        return self._with_data
+    def with_data(self) -> ParametricPath:
+        """Return the same curve with the numbers of its formula as data; itself where it needs them, as zero times infinity does."""
+        return self._with_data if self._is_path_by_data else self
+
+    @functools.cached_property
+    def _is_path_by_data(self) -> bool:
+        try:
+            check_regular(self._with_data)
+            check_smooth(self._with_data, self._with_data.template.may_bend)
+        except PathError:
+            return False
+        return True
 
     @functools.cached_property
     def _with_data(self) -> TemplateCurve:
