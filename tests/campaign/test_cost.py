@@ -69,7 +69,9 @@ def test_limits_outweigh_costs() -> None:
         ({"weights": {"settling_time_s": 0.0}}, "a cost must have a positive weight"),
         ({"weights": {}}, "a cost must have a positive weight"),
         ({"weights": ["settling_time_s"]}, "weights must be given by term"),
+        ({"weights": {"settling_time_s": 1e300}}, "weight of settling_time_s must be between"),
         ({"failure": 0.5}, "failure must be at least 1"),
+        ({"failure": 1e300}, "failure must be between"),
     ],
 )
 def test_bad_costs_are_refused_in_a_sentence(arguments: dict[str, Any], said: str) -> None:

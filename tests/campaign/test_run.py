@@ -45,6 +45,11 @@ def mission() -> Mission:
     return load("upright").with_values(CHANGES)
 
 
+def listed(quantity: str, *choices: Any) -> dict[str, Any]:
+    vary = [{"quantity": quantity, "kind": "list", "choices": list(choices)}]
+    return {"mission": load("upright").with_values({"campaign.vary": vary})}
+
+
 def flown(mission: Mission, out: Path, machine: str = "casadi", **given: Any) -> gs.Campaign:
     return gs.campaign(mission, FLIGHTS, out, **{"part": PART, "machine": machine, "seed": 3} | given)
 
@@ -184,6 +189,8 @@ def test_a_full_disk_leaves_what_goes_on(
         ({"machine": "gpu"}, UnknownNameError, "machine must be one of"),
         ({"mission": "upright"}, InputError, "load one with"),
         ({"mission": load("upright")}, MissionError, "must have a mission with"),
+        (listed("truth.mass_scale", True, 1.0), MissionError, r"mass_scale must be a number \(got true\)"),
+        (listed("truth.mass_scale", float("nan"), 1.0), MissionError, "mass_scale must be finite"),
     ],
     ids=lambda each: "-".join(each) if isinstance(each, dict) else None,
 )

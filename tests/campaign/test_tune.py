@@ -204,6 +204,7 @@ def test_a_cost_that_vanishes_is_infinitely_less() -> None:
     ("changes", "given", "said"),
     [
         ({}, {"flights": 0}, "flights must be at least 1"),
+        ({}, {"flights": 10**7}, "flights must be at most 1,000,000"),
         ({}, {"evaluations": 0}, "evaluations must be at least 1"),
         ({}, {"evaluations": -3}, "evaluations must be at least 1"),
         ({}, {"only": "transverse"}, "only must be a list"),

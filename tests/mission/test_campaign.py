@@ -110,6 +110,18 @@ def test_a_grid_between_two_ends_has_equal_steps_or_ratios(spacing: str, values:
     assert Grid(low=1.0, high=7.0, count=3, spacing=spacing).choices == pytest.approx(values, rel=1e-15)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("name", ["flight.number", "flight.seed", "campaign", "campaign.sampling"])
+def test_what_a_campaign_sets_itself_does_not_vary(mission: Mission, name: str) -> None:
+    with pytest.raises(InputError, match=rf"what the campaign sets itself \(got {name}\)"):
+        varied(mission, {"quantity": name, "kind": "list", "choices": [1]})
+
+
+def test_thousands_of_quantities_are_refused_at_once(mission: Mission) -> None:
+    vary = [{"quantity": f"path.k{k}", "kind": "list", "choices": [1.0]} for k in range(201)]
+    with pytest.raises(InputError, match=r"vary must be at most 200 tables \(got 201\)"):
+        varied(mission, *vary)
+
+
 def test_something_varies(mission: Mission) -> None:
     with pytest.raises(InputError, match="vary must be a list"):
         varied(mission)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gammastar.checks import number, shortened
+from gammastar.checks import magnitude, shortened
 from gammastar.errors import InputError, UnknownNameError
 
 TERMS: dict[str, str] = {
@@ -62,7 +62,7 @@ class Cost:
             object.__setattr__(self, f"{kind}s", checked)
         if not any(self.weights.values()):
             raise InputError(f"a cost must have a positive weight (got {shortened(dict(self.weights))}); give one")
-        object.__setattr__(self, "failure", number(self.failure, "failure", at_least=1))
+        object.__setattr__(self, "failure", magnitude(self.failure, "failure", at_least=1))
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:
@@ -131,7 +131,7 @@ class Judge:
 
 
 def _weight(value: object, name: str, may_be_open: bool) -> float | None:
-    return None if may_be_open and value is None else number(value, name, at_least=0)
+    return None if may_be_open and value is None else magnitude(value, name, at_least=0)
 
 
 def _told(columns: Mapping[str, np.ndarray], duration: float) -> dict[str, np.ndarray]:

@@ -14,6 +14,7 @@ from gammastar.campaign.case import PROMPT, Case, parted, programs
 from gammastar.campaign.effect import require_effect, serves
 from gammastar.campaign.sample import sampled
 from gammastar.campaign.starts import AXES, PARTS
+from gammastar.checks import LARGEST
 from gammastar.errors import GammastarError, MissionError
 from gammastar.law import Law
 from gammastar.mission import Mission
@@ -184,13 +185,12 @@ def _built(setting: Setting, places: tuple[int, ...], latency: float) -> Mission
 
 
 def _as_array(choices: Any) -> np.ndarray | None:
-    """Return choices as an array of numbers, or None where they are none of one shape."""
+    """Return choices as an array of numbers, or None where they are none of one shape, or not finite, as a mission may not be."""
     try:
-        found = np.array(choices)
+        found, kinds = np.array(choices), {type(each) for each in np.array(choices, dtype=object).ravel()}
     except ValueError:
         return None
-    has_truths = any(isinstance(each, bool) for each in choices)  # among numbers NumPy counts them as such
-    return found.astype(float) if found.dtype.kind in "if" and not has_truths else None
+    return found.astype(float) if kinds <= {int, float} and (np.abs(found) <= LARGEST).all() else None
 
 
 def _shown(choices: Any) -> np.ndarray:

@@ -23,6 +23,7 @@ from gammastar.mission import Mission
 
 Progress = Callable[[int, int], None]
 FLIGHTS, EVALUATIONS = 24, 400  # unless others are asked for
+MOST = 10**6  # of either: days
 
 
 def tune(
@@ -84,7 +85,9 @@ class Tuner:
     ) -> None:
         instance(mission, Mission, "mission", "load one with gs.load_mission(name)")
         library()
-        count, self.evaluations = whole(flights, "flights", 1), whole(evaluations, "evaluations", 1)
+        count, self.evaluations = (
+            whole(value, name, 1, MOST) for value, name in ((flights, "flights"), (evaluations, "evaluations"))
+        )
         if isinstance(only, str):
             raise InputError(f"only must be a list of names (got {shortened(only)}); put it in brackets")
         self.mission, self.cost = mission, cost or Cost()

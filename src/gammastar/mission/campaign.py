@@ -29,6 +29,8 @@ from gammastar.mission.values import Array, Construction, Count, Section, Tables
 
 ATTITUDES = ("start.attitude", "start.quaternion", "start.roll", "start.pitch", "start.yaw")
 SAMPLINGS = ("random", "sobol")
+OWN = ("campaign", "flight.seed", "flight.number")  # what a campaign has, or gives each flight
+MOST_QUANTITIES = 200  # far more than a mission has keys
 NUMBER, VECTOR, ATTITUDE, ALONG = (), (3,), (3, 3), (4,)
 SHAPES = {NUMBER: "numbers", VECTOR: "vectors", ATTITUDE: "attitudes", ALONG: "places along a path"}
 
@@ -145,19 +147,26 @@ class CampaignSection(Section):
     def _something(cls, value: list[VariedSection]) -> list[VariedSection]:
         if not value:
             raise InputError("vary must be a list of tables (got none in it); add [[campaign.vary]]")
+        if len(value) > MOST_QUANTITIES:
+            raise InputError(f"vary must be at most {MOST_QUANTITIES} tables (got {len(value)}); leave some out")
         return value
 
     def distributions(self, known: Mapping[str, Quantity] = QUANTITIES) -> Mapping[str, Distribution]:
         """Return the distribution of every quantity, see `quantities_of`.
 
         Raises:
-            MissionError: A quantity varies twice, or by another one that says the same.
+            MissionError: A quantity varies twice, or by another one that says the same, or is the campaign's own.
         """
         result = dict[str, Distribution]()
         for k, section in enumerate(self.vary):
             if section.quantity in result:
                 raise MissionError(
                     f"a quantity must vary once (got {section.quantity} twice); leave one of them out",
+                    f"campaign.vary.{k}.quantity",
+                )
+            if section.quantity in OWN or section.quantity.startswith("campaign."):
+                raise MissionError(
+                    f"a quantity must not be what the campaign sets itself (got {section.quantity}); leave it out",
                     f"campaign.vary.{k}.quantity",
                 )
             for other in result:
