@@ -171,6 +171,26 @@ def test_what_is_refused_is_a_row_with_its_cause(circle: Mission) -> None:
         assert not row["settled"]
 
 
+def test_those_that_a_look_refuses_leave_the_others_in_one_batch(
+    circle: Mission, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a mass, a place beyond all range, or poles; halves and halves of a batch would take many."""
+    batches = list[int]()
+    fly = Mission.fly_many
+
+    def counted(self: Mission, starts: Any, *given: Any, **named: Any) -> Any:
+        batches.append(len(starts))
+        return fly(self, starts, *given, **named)
+
+    monkeypatch.setattr(Mission, "fly_many", counted)
+    mass = {"quantity": "truth.mass_scale", "kind": "grid", "choices": [1.0, -1.0, 1.1]}
+    place = {"quantity": "start.position", "kind": "grid", "choices": [[3.0, 0.0, 5.0], [1e60, 0.0, 5.0]]}
+    poles = {"quantity": "controller.poles", "kind": "grid", "choices": [-2.0, 2.0]}
+    table = listed(Setting(varied(circle, mass, place, poles), seed=0), range(12))
+    assert [row["flight"] for row in table if row["status"] != "refused"] == [0, 8]
+    assert batches == [2]
+
+
 def test_a_body_that_cannot_be_is_refused(quadrotor: Mission) -> None:
     """No body has a moment of inertia larger than the sum of the other two."""
     scales = {"quantity": "truth.inertia_scale", "kind": "grid", "choices": [[0.8, 1.0, 1.2], [1.0, 1.0, 1.0]]}

@@ -11,12 +11,13 @@ import numpy as np
 
 from gammastar.campaign.starts import PARTS, Starts
 from gammastar.errors import GammastarError, InputError
+from gammastar.flight.variation import given_quantities
 from gammastar.frames import convert_vector
 from gammastar.law import Law
 from gammastar.law.autopilot import whole_intervals
 from gammastar.mission import Mission
 from gammastar.mission.campaign import Way, quantity
-from gammastar.vehicle import Scales, scaled
+from gammastar.vehicle import Scales, State, scaled
 
 PROMPT = 1e-12  # [s], a latency that asks for an autopilot and takes no control interval
 
@@ -79,9 +80,28 @@ class Case:
             case.__dict__["_laws"] = [laws[k] for k in own]
             yield case
 
-    def require_bodies(self, chosen: np.ndarray) -> None:
-        """Raise `InputError` where some flights' scales of inertia, one for each axis, make a body that cannot be."""
+    def begun(self, places: Starts) -> list[State | InputError]:
+        """Return the state in which each flight begins, or why a look at its law, its numbers and its start refuses it."""
+        every, states = np.arange(len(self.numbers)), list[State | InputError]()
+        try:
+            self.require_possible(every)
+            states += places.states(every)
+        except InputError:
+            states = [self._begun(places, every[k : k + 1]) for k in every]
+        laws = self.laws() or states
+        return [law if isinstance(law, InputError) else state for law, state in zip(laws, states, strict=True)]
+
+    def _begun(self, places: Starts, one: np.ndarray) -> State | InputError:
+        try:
+            self.require_possible(one)
+            return places.states(one)[0]
+        except InputError as error:
+            return error
+
+    def require_possible(self, chosen: np.ndarray) -> None:
+        """Raise `InputError` where numbers of what really flies in some flights cannot be, or no body has such scales of inertia."""
         assert isinstance(self.mission, Mission)
+        given_quantities(self.given(chosen)["varied"], len(chosen))
         scales = self.values.get("truth.inertia_scale", np.empty(0))
         for each in scales[chosen] if scales.ndim == 2 else ():
             scaled(self.mission.truth(), Scales(inertia=each))

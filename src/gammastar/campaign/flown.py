@@ -75,25 +75,22 @@ def rows(
 def flown(case: Case, places: Starts, given: dict[str, Any]) -> Iterator[tuple[np.ndarray, Flights | InputError]]:
     """Yield the flights of a case in few batches, by their places in it, and those that a check refuses one by one with its error.
 
-    What refuses one refuses its batch: halves of it are tried again, until the one stands alone.  Those without a law are not tried.
+    Those that a look refuses are not tried.  What else refuses one refuses its batch: halves of it are tried again, until the one stands
+    alone.
     """
     assert not isinstance(case.mission, GammastarError)
-    every, laws = np.arange(len(case.numbers)), case.laws()
-    lawless = {k: law for k, law in enumerate(laws or ()) if isinstance(law, InputError)}
-    yield from ((every[k : k + 1], error) for k, error in lawless.items())
-    waiting = [np.delete(every, list(lawless))]
+    states, laws = case.begun(places), case.laws()
+    refused = {k: state for k, state in enumerate(states) if isinstance(state, InputError)}
+    yield from ((np.array([k]), error) for k, error in refused.items())
+    waiting = [np.array([k for k in range(len(states)) if k not in refused], dtype=int)]
     while waiting:
         chosen = waiting.pop()
         if not len(chosen):
             continue
         own: dict[str, Any] = {} if laws is None else {"laws": [laws[k] for k in chosen]}
         try:
-            case.require_bodies(chosen)
-            states = places.states(chosen)
-            yield (
-                chosen,
-                case.mission.fly_many(states, flights=case.numbers[chosen], **own, **case.given(chosen), **given),
-            )
+            own |= {"flights": case.numbers[chosen]} | case.given(chosen)
+            yield chosen, case.mission.fly_many([states[k] for k in chosen], **own, **given)
         except InputError as error:
             if len(chosen) == 1:
                 yield chosen, error

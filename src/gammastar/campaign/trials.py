@@ -100,7 +100,7 @@ class Trials:
             if isinstance(case.mission, GammastarError):
                 raise case.mission
             every = np.arange(len(case.numbers))
-            case.require_bodies(every)
+            case.require_possible(every)
             laws = list[Law]()
             for law in case.laws() or [case.mission.law()] * len(every):
                 if isinstance(law, GammastarError):
