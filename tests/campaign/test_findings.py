@@ -126,6 +126,12 @@ def test_thrust_to_weight_is_not_told_of_places_in_a_list_of_rotors() -> None:
     assert told[1] is None
 
 
+def test_thrust_to_weight_is_told_where_the_path_varies_too() -> None:
+    radius = {"quantity": "path.radius", "kind": "uniform", "low": 1.0, "high": 2.0}
+    varied = hummingbird().with_values({"campaign.vary": [radius]})
+    assert thrust_to_weight(varied.source(), ["truth.mass_scale", "path.radius"]) is not None
+
+
 def test_bins_of_a_quantity_tell_what_was_put_in(
     found: dict[str, dict[str, dict[str, list[dict[str, object]]]]],
 ) -> None:

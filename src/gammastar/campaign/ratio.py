@@ -43,7 +43,7 @@ def thrust_to_weight(mission: str, columns: Collection[str]) -> str | None:
 
 def _by_rotor(mission: Mission) -> bool:
     """Return whether thrust scales of single rotors vary; of these lists the column tells places alone."""
-    varied = {} if mission.file.campaign is None else mission.file.campaign.distributions()
+    varied = {} if mission.file.campaign is None else mission.file.campaign.distributions(mission.quantities)
     return any(np.ndim(choice) for choice in getattr(varied.get(THRUST), "choices", ()))
 
 

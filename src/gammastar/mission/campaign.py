@@ -151,8 +151,8 @@ class CampaignSection(Section):
             raise InputError(f"vary must be at most {MOST_QUANTITIES} tables (got {len(value)}); leave some out")
         return value
 
-    def distributions(self, known: Mapping[str, Quantity] = QUANTITIES) -> Mapping[str, Distribution]:
-        """Return the distribution of every quantity, see `quantities_of`.
+    def distributions(self, known: Mapping[str, Quantity]) -> Mapping[str, Distribution]:
+        """Return the distribution of every quantity, which may be one of those known; see `quantities_of`.
 
         Raises:
             MissionError: A quantity varies twice, or by another one that says the same, or is the campaign's own.
