@@ -142,6 +142,24 @@ def test_what_cannot_be_used_is_refused_in_one_line(
     assert len(printed.err.splitlines()) == 1
 
 
+def test_what_was_found_is_told_where_it_cannot_be_written(
+    mission: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a disk that has become full meanwhile."""
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("gammastar.report.place.written", full)
+    assert main(("tune", str(mission), *SHORT, "--json", "--out", str(tmp_path / "tuned.toml"))) == 2
+    printed = capsys.readouterr()
+    told = json.loads(printed.out)
+    assert told["file"] is None
+    assert told["evaluations"] == 8
+    assert "No space left on device" in printed.err
+    assert not (tmp_path / "tuned.toml").exists()
+
+
 def test_the_mission_itself_is_not_overwritten(mission: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(("tune", str(mission), *SHORT, "--out", str(mission))) == 2
     assert "which holds the mission" in capsys.readouterr().err

@@ -135,7 +135,11 @@ def tune(
         if tuner.is_interrupted:
             process.answered()
         found = tuner.tuned(progress)
-    if file is not None:
-        written(file, found.toml())
+    try:
+        if file is not None:
+            written(file, found.toml())
+    except OSError:
+        tuning.tuned(found.as_dict(), None, as_json)  # a long search is not lost with its file
+        raise
     tuning.tuned(found.as_dict(), file, as_json)
     return process.INTERRUPTED if tuner.is_interrupted else 0
