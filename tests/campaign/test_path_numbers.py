@@ -122,6 +122,15 @@ def test_numbers_that_make_another_formula_take_programs_of_their_own() -> None:
     assert repr(listed(setting, [1])) == repr(table[1:2])
 
 
+def test_a_place_at_the_origin_is_one_like_any_other() -> None:
+    """Where the mission says nothing of it, too: what is compiled when a campaign begins is what its flights take."""
+    places = {"quantity": "path.position", "kind": "grid", "choices": [[0.0, 0.0, 0.0], [0.0, 0.5, 0.0]]}
+    setting = Setting(flying({"name": "circle"}, places), seed=0)
+    (case,) = setting.cases(np.arange(2), setting.sample(np.arange(2)))
+    laws = [*setting.nominal(1)["laws"], *(case.laws() or ())]
+    assert len({law.path.graph_key for law in laws}) == 1
+
+
 def test_a_list_over_an_implicit_path_is_flown_by_a_program_for_each() -> None:
     radii = {"quantity": "path.radius", "kind": "grid", "choices": [1.0, 2.0]}
     setting = Setting(flying({"name": "circle", "kind": "implicit"}, radii), seed=0)

@@ -65,7 +65,9 @@ class PathSection(Construction):
         path: Any = turn.path_in_ned(self.factory(), self.arguments(), frame)
         place = self.placement(frame)
         stays = not np.any(place["position"]) and np.array_equal(place["rotation"], np.eye(3)) and place["scale"] == 1
-        result: Path = path if stays else placed(path, **place)
+        # A curve whose place is said shares the graph of those elsewhere; simplified, its own is the same.
+        is_said = isinstance(path, Curve) and not self.model_fields_set.isdisjoint(place)
+        result: Path = path if stays and not is_said else placed(path, **place)
         return result
 
     def numbers(self) -> dict[str, tuple[int, ...]]:
