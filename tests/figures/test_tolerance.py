@@ -34,7 +34,7 @@ CURVES = {
     "texts": Tolerance(
         "vehicle",
         None,
-        ["hummingbird with a long name", "$x$"],
+        ["hummingbird with a long name", r"$\frac$"],
         np.array([9, 8]),
         np.array([1.0, 0.5]),
         np.array([[0.7, 1], [0.2, 0.8]]),
@@ -58,7 +58,7 @@ def test_bars_are_the_interval() -> None:
     low, high = axis.get_ylim()
     assert low < 20
     assert high >= 100
-    assert [text.get_text() for text in axis.get_xticklabels()] == ["hummingbird…", "$x$"]
+    assert [text.get_text() for text in axis.get_xticklabels()] == ["hummingbird wit…", r"$\frac$"]
 
 
 def test_a_band_is_the_interval_and_ends_where_there_is_no_flight() -> None:
@@ -67,3 +67,12 @@ def test_a_band_is_the_interval_and_ends_where_there_is_no_flight() -> None:
     points = band.get_path().vertices
     assert (points.min(axis=0), points.max(axis=0)) == (pytest.approx([0.9, 70]), pytest.approx([1.0, 100]))
     assert line.get_edgecolor() == pytest.approx(to_rgba(style.BLUE))
+
+
+def test_names_that_do_not_fit_beside_each_other_lean() -> None:
+    few = CURVES["texts"]
+    many = Tolerance(
+        "vehicle", None, [f"hummingbird-{k}" for k in range(6)], *(np.repeat(each, 3, 0) for each in few[3:])
+    )
+    angles = [{text.get_rotation() for text in draw_tolerance(each).axes[0].get_xticklabels()} for each in (few, many)]
+    assert angles == [{0.0}, {45.0}]

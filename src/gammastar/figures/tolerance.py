@@ -17,7 +17,8 @@ PAIR_HEIGHT = 2.5  # [in] of curves
 CURVE_WIDTH = 3.3  # [in] of the panel of a curve that stands alone
 BAND = 0.25  # opacity of an interval
 ROOM = 1.1  # of the largest value, which an axis from zero spans
-LETTERS = 12  # of the name of a value below an axis
+LETTERS = 16  # of the name of a value below an axis
+BESIDE = 32  # letters of all names that stand beside each other
 
 
 class Tolerance(NamedTuple):
@@ -85,7 +86,10 @@ def _line(
         places, values, bars, color=color, marker="o", linestyle="-" if numbers else "none", label=name, **look
     )
     if not numbers:
-        axis.set_xticks(places, [_short(str(value)) for value in tolerance.values])
+        names = [_short(str(value)) for value in tolerance.values]
+        beside = sum(map(len, names)) <= BESIDE
+        leaning: dict[str, Any] = {} if beside else {"rotation": 45, "ha": "right", "rotation_mode": "anchor"}
+        axis.set_xticks(places, names, parse_math=False, **leaning)
         axis.set_xlim(-0.5, len(places) - 0.5)
 
 
