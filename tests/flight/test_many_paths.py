@@ -82,7 +82,7 @@ def test_curves_fly_in_one_program_whoever_flies_beside_them() -> None:
         (ROUND[1:], SAMPLED),
         (courses(6)[::2], CONTINUOUS),
         (courses(4)[1::2], SAMPLED),
-        ([gs.by_length(gs.paths.trefoil(r)) for r in (2.0, 3.0)], SAMPLED),
+        ([gs.by_length(gs.paths.ellipse((r, 1.0))) for r in (1.5, 2.0)], SAMPLED),
         ([gs.placed(gs.paths.helix(r), (r, 0, 0)) for r in (0.8, 1.0)], SAMPLED),
         (ENDING, SAMPLED),
     ],
