@@ -136,6 +136,7 @@ def test_a_row_is_found_and_a_broken_part_told(tmp_path: Path) -> None:
     assert row is not None
     assert row["value"] == 12.0
     assert store.row(13) is None
+    assert store.row(25) is None
     content = bytearray(store.path(0).read_bytes())
     content[4:40] = bytes(36)
     store.path(0).write_bytes(content)

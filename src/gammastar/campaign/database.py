@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from gammastar.campaign import ratio
@@ -36,14 +35,18 @@ class Database:
             CampaignError: There are no rows, or other ones.
         """
         with _told(store):
-            connection, held = _library().connect(":memory:"), store.readable()
-            rows = connection.read_parquet([_literally(store.path(part)) for part in held], union_by_name=True)
+            connection, (files, rest) = _library().connect(":memory:"), store.rows()
+            if files:
+                connection.read_parquet([_literally(file) for file in files], union_by_name=True).create_view("whole")
+            if rest is not None:
+                connection.from_arrow(rest).create("rest")
+            parts = [name for name, there in (("whole", bool(files)), ("rest", rest is not None)) if there]
+            rows = connection.sql(" UNION ALL BY NAME ".join(f"SELECT * FROM {name}" for name in parts))
             if lost := [name for name in NEEDED if name not in rows.columns]:
                 raise CampaignError(
                     f"rows of a campaign must have the columns {', '.join(NEEDED)} (got none named {lost[0]} in {store.folder}); "
                     "name the folder of a campaign"
                 )
-            rows = rows.filter(_there(store, held))
             expression = ratio.thrust_to_weight(store.manifest.mission, rows.columns)
             if expression is not None:
                 rows = rows.project(f"*, {expression} AS {THRUST_TO_WEIGHT}")
@@ -81,14 +84,6 @@ def _told(store: Store) -> Iterator[None]:
         raise
 
 
-def _there(store: Store, held: Mapping[int, int]) -> str:
-    """Return the condition in SQL that a flight was there when its part was counted: a part that was short may become longer."""
-    parts = {part: store.manifest.numbers(part) for part in held}
-    short = [(parts[part], count) for part, count in held.items() if count < len(parts[part])]
-    later = [f"flight NOT BETWEEN {numbers[count]} AND {numbers[-1]}" for numbers, count in short]
-    return " AND ".join([f"flight < {store.manifest.flights}", *later])
-
-
-def _literally(file: Path) -> str:
+def _literally(file: str) -> str:
     """Return a file as the database takes it, to which some letters stand for others."""
-    return re.sub(r"([*?\[])", r"[\1]", str(file))
+    return re.sub(r"([*?\[])", r"[\1]", file)

@@ -15,7 +15,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from gammastar.campaign.lock import LOCK, alone
 from gammastar.campaign.manifest import Manifest
@@ -23,6 +23,13 @@ from gammastar.errors import CampaignError, MissingExtraError
 
 MANIFEST, PARTS, DRAFT = "manifest.json", "parts", ".draft-"
 MARK = b"campaign"  # key of a part's metadata
+
+
+class Rows(NamedTuple):
+    """Rows of a campaign: where the many are, and the few, of parts that may become longer, themselves."""
+
+    files: list[str]  # of parts that have all of their flights, which no run writes again
+    rest: Any  # pyarrow.Table of the others, None where there are none
 
 
 @dataclass(frozen=True)
@@ -103,15 +110,24 @@ class Store:
         Raises:
             CampaignError: Its part is broken inside.
         """
-        pyarrow, parquet = arrow()
         part = number // self.manifest.part
         if self.count(part) is None:
             return None
+        rows = self.table(part).slice(number - self.manifest.numbers(part).start, 1).to_pylist()
+        return dict(rows[0]) if rows else None
+
+    def table(self, part: int) -> Any:
+        """Return the rows of a part in memory, from one look at its file, whatever takes its place meanwhile.
+
+        Raises:
+            CampaignError: It is broken inside.
+        """
+        pyarrow, parquet = arrow()
         try:
-            found = parquet.read_table(self.path(part), filters=[("flight", "=", number)]).to_pylist()
+            with parquet.ParquetFile(self.path(part)) as file:
+                return file.read()
         except (OSError, pyarrow.ArrowException) as error:
             raise broken(str(self.path(part)), error) from error
-        return dict(found[0]) if found else None
 
     def held(self) -> dict[int, int]:
         """Return how many of their flights those parts have that are there and can be read."""
@@ -136,25 +152,32 @@ class Store:
         with _told(self.folder), _replacing(self.path(part)) as draft:
             parquet.write_table(marked, draft, compression="zstd")
 
-    def readable(self) -> dict[int, int]:
-        """Return how many of their flights the parts have, as `held` does.
+    def rows(self) -> Rows:
+        """Return all rows that are there.
 
         Raises:
             CampaignError: There are none yet.
         """
+        pyarrow, _ = arrow()
         held = self.held()
         if not held:
             raise CampaignError(
                 f"{self.folder} must hold flights of the campaign in its {MANIFEST} (got none yet); let it go on first"
             )
-        return held
+        short = [part for part, count in held.items() if count < self.manifest.part]
+        rest = [self.table(part).slice(0, len(self.manifest.numbers(part))) for part in short]
+        return Rows(
+            [str(self.path(part)) for part in held if part not in short],
+            pyarrow.concat_tables(rest, promote_options="default") if rest else None,
+        )
 
     def dataset(self) -> Any:
         """Return all rows as a `pyarrow.dataset.Dataset`, which is read in pieces however large it is."""
-        files = [str(self.path(part)) for part in self.readable()]
+        files, rest = self.rows()
         from pyarrow import dataset
 
-        return dataset.dataset(files, format="parquet")
+        parts = [dataset.dataset(files, format="parquet")] if files else []
+        return dataset.dataset(parts if rest is None else [*parts, dataset.dataset(rest)])
 
 
 def arrow() -> tuple[Any, Any]:
