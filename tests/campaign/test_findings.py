@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -235,6 +236,7 @@ def test_an_interval_reaches_into_the_picture(study: Study) -> None:
 def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str, Any]) -> None:
     words = as_text(found, whole=False)
     assert words.startswith(f"{hummingbird().title}\n{COUNT:,} flights of the seed 0\n")
+    assert "differ by chance too" in words
     rows = {line.split("  ")[0].strip(): line for line in words.splitlines() if line.strip()}
     assert rows["free fall"].split()[2] == f"{COUNT - int(known()['settled'].sum())}"
     assert "free fall: thrust fell to zero" in rows
@@ -249,6 +251,18 @@ def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str,
     ]
     assert "middle" not in as_text(found, whole=False).split("what success depends on")[0]
     assert "by controller.feedback" in as_text(found, whole=True)
+    assert "only in the last quarter" not in words
+
+
+def test_what_settles_in_the_last_quarter_alone_is_told(tmp_path: Path) -> None:
+    """Such a flight may pass through its path as it ends: a success by the word, but little to rely on."""
+    rows = {name: known()[name] for name in ("flight", "status", "settled", "settling_time_s")}
+    late = Study(stored(tmp_path, rows | {"end_time_s": np.full(COUNT, 4.0)}, toml=hummingbird().toml()))
+    expected = int((known()["settled"] & (known()["settling_time_s"] > 3.0)).sum())
+    assert 0 < expected < COUNT
+    found = findings(late)
+    assert found["settled_late"] == expected
+    assert f"{expected:,} of them only in the last quarter of their time" in as_text(found, whole=False)
 
 
 def test_the_page_holds_every_figure_and_table(found: dict[str, object]) -> None:

@@ -15,7 +15,7 @@ BINS = 10
 DISTRIBUTIONS = (
     "settling_time_s",
     "max_distance_m",
-    "max_distance_after_settling_m",
+    "max_distance_last_quarter_m",
     "rms_distance_last_quarter_m",
     "peak_rate_rad_s",
     "peak_torque_N_m",
@@ -53,6 +53,7 @@ def findings(study: Study, quantities: Sequence[str] = (), bins: int = BINS) -> 
         "flights_missing": manifest.flights - rate.flights,
         "confidence": CONFIDENCE,
         "success": rate.values(),
+        "settled_late": study.late(),
         "causes": [_cause(each) for each in study.causes()],
         "distributions": {name: study.distribution(name, SUCCESS) for name in told},
         "by": {name: _by(name, study.by(name, bins), rate.flights) for name in chosen},

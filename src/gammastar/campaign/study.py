@@ -23,7 +23,8 @@ from gammastar.errors import GammastarError, InputError, UnknownNameError
 from gammastar.mission.mission import read
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
-SETTLING = "settling_time_s"
+SETTLING, END = "settling_time_s", "end_time_s"
+LATE = 0.75  # of a flight; what settles later may as well pass through its path as it ends
 NUMBERS = ("DOUBLE", "FLOAT", "BIGINT", "INTEGER")
 MOST_BINS = 1000
 
@@ -70,10 +71,16 @@ class Study:
         count, successes = self.asked(f'SELECT count(*), count(*) FILTER (WHERE "{SUCCESS}") FROM flights')[0]
         return wilson(int(successes), int(count))
 
+    def late(self) -> int:
+        """Return how many flights succeed in the last quarter of their time only, so that little tells whether they stay."""
+        if not {SETTLING, END} <= set(self.columns):
+            return 0
+        return int(self.asked(f"SELECT count(*) FROM flights WHERE {SUCCESS} AND {SETTLING} > {LATE} * {END}")[0][0])
+
     def causes(self) -> list[Cause]:
         """Return what flights failed by, the most frequent first."""
         words = "cause" if "cause" in self.columns else "''"
-        end = "end_time_s" if "end_time_s" in self.columns else "NULL"
+        end = END if END in self.columns else "NULL"
         rows = self.asked(
             f"""SELECT CASE WHEN status = 'completed' THEN 'not settled' ELSE status END AS why, count(*) AS n, min(flight),
             median({end}), arg_min({words}, flight) FROM flights WHERE "{SUCCESS}" IS NOT TRUE GROUP BY why ORDER BY n DESC, why"""

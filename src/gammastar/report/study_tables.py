@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from gammastar.campaign.columns import label
 from gammastar.campaign.rate import percent
 
+CHANCE = "the least and the most of several bins differ by chance too, and where intervals overlap it may be that alone"
 QUANTILES = ("0%", "50%", "95%", "99%", "100%")  # of those that are known, in the tables
 
 
@@ -27,10 +28,12 @@ def opening(found: Mapping[str, Any]) -> list[str]:
     missing = f"; {found['flights_missing']:,} are still to be flown" if found["flights_missing"] else ""
     bound = "" if within is None else f" within {within:g} m"
     low, high = map(percent, rate["interval"])
+    late = f"{found['settled_late']:,} of them only in the last quarter of their time: longer flights tell whether they stay"
     return [
         *([found["mission"]] if found["mission"] else []),
         f"{found['flights']:,} flights of the seed {found['seed']}{missing}",
         f"{percent(rate['share'])} settle{bound} ({rate['successes']:,}); {100 * found['confidence']:g} % interval {low} to {high}",
+        *([late] if found["settled_late"] else []),
     ]
 
 
@@ -110,7 +113,7 @@ def _digest(quantities: Mapping[str, Any], frame: str) -> Table:
         best = max(told, key=lambda each: (each["interval"][0], each["share"]))
         rows.append((label(name, frame), *_told(worst), *_told(best)))
     head = ("success by", "least at", "share", "interval", "most at", "share", "interval")
-    return Table("what success depends on", head, rows)
+    return Table("what success depends on", head, rows, (CHANCE,) if rows else ())
 
 
 def _bins(name: str, by: Mapping[str, Any], frame: str) -> Table:
