@@ -19,6 +19,7 @@ from pathlib import Path
 import machine
 
 import gammastar as gs
+from gammastar.campaign.rate import percent
 
 PLAIN = {  # the paper's vehicle and its first scenario, around the law for any curve
     "title": "the plain law from any attitude",
@@ -62,7 +63,7 @@ def main() -> None:
         low, high = told["interval"]
         print(
             f"{name}: {told['flights']} flights in {told['wall_time_s']:.1f} s, {told['flights_per_s']:.0f} flights/s, "
-            f"{told['steps_per_s'] / 1e6:.2f} M steps/s; {told['share']:.2%} settle ({low:.2%} to {high:.2%}); "
+            f"{told['steps_per_s'] / 1e6:.2f} M steps/s; {percent(told['share'])} settle ({percent(low)} to {percent(high)}); "
             f"memory {told['memory_MB']:.0f} MB, disk {told['disk_MB']:.1f} MB"
         )
 
