@@ -33,7 +33,7 @@ fly: install ## fly the upside-down recovery
 	@$(BIN)/gammastar fly upside-down
 
 test: install ## run every test
-	@$(BIN)/python -m pytest -n $(WORKERS)
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 check: install ## lint, formatting, types, and the floors of the house
 	@$(BIN)/ruff check .
