@@ -126,6 +126,21 @@ def test_a_signal_while_a_text_is_executed_keeps_its_exit_code(tmp_path: Path) -
     assert answer.returncode == 143
 
 
+def test_a_slower_machine_is_one_line(tmp_path: Path) -> None:
+    """No compiler answers: what flies instead is told, and not where in our code."""
+    file = tmp_path / "mission.toml"
+    vary = {"campaign.vary": [{"quantity": "start.attitude", "kind": "any"}], "flight.duration": 0.1}
+    file.write_text(load("upright").with_values(vary).source(), encoding="utf-8")
+    answer = shell(
+        f"PATH=/nowhere gammastar campaign {file} --flights 1 --out {tmp_path / 'out'}",
+        XDG_CACHE_HOME=str(tmp_path),
+        CC="",
+    )
+    assert answer.returncode == 0
+    (line,) = answer.stderr.splitlines()
+    assert line.startswith("warning: CasADi's machine flies, some hundred times slower: ")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_during_a_flight_leaves_nothing(number: int, tmp_path: Path) -> None:
     """A long flight: one line, the code of the signal, no folder."""

@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not process.prepare_streams():
         return _stopped("standard output must be open to writing (got a closed one); open it, or send it to a file", 1)
     said = "interrupted; no file was left half written"
-    with process.stopped_by_signals() as received:
+    with process.warnings_as_notes(), process.stopped_by_signals() as received:
         try:
             code = _run(arguments)
         except (Exception, KeyboardInterrupt) as error:

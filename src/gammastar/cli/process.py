@@ -8,8 +8,11 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from typing import Any, TextIO
+
+from gammastar.errors import MachineWarning
 
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
 INTERRUPTED = 128 + signal.SIGINT  # as shells count what a signal ends
@@ -44,6 +47,24 @@ def note(words: str) -> None:
     """Print a line on stderr; that nobody can receive it is no reason to fail."""
     with contextlib.suppress(OSError):
         print(words, file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def warnings_as_notes() -> Iterator[None]:
+    """Let a warning of ours be a line on stderr, without the place in our code that it comes from; others stay what they are."""
+    show = warnings.showwarning
+
+    def noted(message: Warning | str, category: type[Warning], *place: Any, **named: Any) -> None:
+        if issubclass(category, MachineWarning):
+            note(f"warning: {message}")
+        else:
+            show(message, category, *place, **named)
+
+    warnings.showwarning = noted
+    try:
+        yield
+    finally:
+        warnings.showwarning = show
 
 
 class Stops(list[int]):
