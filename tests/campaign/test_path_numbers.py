@@ -129,6 +129,8 @@ def test_a_place_at_the_origin_is_one_like_any_other() -> None:
     (case,) = setting.cases(np.arange(2), setting.sample(np.arange(2)))
     laws = [*setting.nominal(1)["laws"], *(case.laws() or ())]
     assert len({law.path.graph_key for law in laws}) == 1
+    (own,) = Setting(flying({"name": "circle"}, RADIUS), seed=0).nominal(1)["laws"]
+    assert own.path.graph_key == gs.paths.circle().with_data().graph_key
 
 
 def test_a_list_over_an_implicit_path_is_flown_by_a_program_for_each() -> None:

@@ -33,8 +33,7 @@ def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
     changes = dict[str, Any]()
     if numbers := {key: value for key, value in values.items() if key.startswith(f"{PATH}.")}:
         with within("[path]"):
-            own = {PATH: file.path.model_dump(exclude_unset=True)}
-            changes["path"] = path_section(changed(own, numbers)[PATH]).path(file.frame).with_data()
+            changes["path"] = path_section(changed({PATH: _said(file)}, numbers)[PATH]).path(file.frame).with_data()
     if poles := {key: value for key, value in values.items() if key.startswith(POLES)}:
         if isinstance(law.rejection, IntegralAction):
             raise MissionError(
@@ -61,3 +60,8 @@ def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
     with within("[controller]"):
         assert result.gains  # refuses bad poles now
     return result
+
+
+def _said(file: MissionFile) -> dict[str, Any]:
+    """Return the section of the path without what is left at its default: a place at the origin, unless it varies, is not said."""
+    return file.path.model_dump(exclude_defaults=True) | {"name": file.path.model_dump()["name"]}
