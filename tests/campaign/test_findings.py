@@ -254,6 +254,22 @@ def test_the_text_tells_rates_causes_and_where_success_is_least(found: dict[str,
     assert "only in the last quarter" not in words
 
 
+def test_where_all_settle_the_text_tells_where_soonest_and_latest(tmp_path: Path) -> None:
+    """Success then depends on nothing; the settling time grows with the tilt here."""
+    tilt = known()["start_tilt_deg"]
+    rows = {"flight": known()["flight"], "status": np.full(COUNT, "completed"), "settled": np.full(COUNT, True)}
+    rows |= {"start_tilt_deg": tilt, "settling_time_s": 1 + tilt / 180}
+    words = as_text(findings(Study(stored(tmp_path, rows, toml=hummingbird().toml()))), whole=False)
+    assert "what success depends on" not in words
+    (line,) = (
+        line for line in words.split("what the settling time depends on")[1].splitlines() if "start tilt" in line
+    )
+    cells = [cell for cell in line.split("  ") if cell.strip()][1:]
+    assert [cells[0].strip(), cells[3].strip()] == ["0 to 20", "160 to 180"]
+    assert float(cells[1]) == pytest.approx(1 + np.median(tilt[tilt <= 20]) / 180, rel=1e-3)
+    assert float(cells[5]) == pytest.approx(1 + np.quantile(tilt[tilt > 160], 0.95) / 180, rel=1e-3)
+
+
 def test_what_settles_in_the_last_quarter_alone_is_told(tmp_path: Path) -> None:
     """Such a flight may pass through its path as it ends: a success by the word, but little to rely on."""
     rows = {name: known()[name] for name in ("flight", "status", "settled", "settling_time_s")}

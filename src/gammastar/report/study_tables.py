@@ -42,11 +42,12 @@ def tables(found: Mapping[str, Any], whole: bool) -> list[Table]:
 
     Args:
         found: By `findings`.
-        whole: Whether every bin of every quantity is shown, or of each only where success is least and most frequent.
+        whole: Whether every bin of every quantity is shown, or of each only where success is least and most frequent; where all flights
+            settle, those in which they do so soonest and latest.
     """
     frame, quantities = found["frame"], found["by"]
-    made = [_causes(found), _distributions(found)]
-    made += [_bins(name, by, frame) for name, by in quantities.items()] if whole else [_digest(quantities, frame)]
+    made, digest = [_causes(found), _distributions(found)], _digest if found["causes"] else _times
+    made += [_bins(name, by, frame) for name, by in quantities.items()] if whole else [digest(quantities, frame)]
     return [table for table in made if table.rows]
 
 
@@ -116,6 +117,21 @@ def _digest(quantities: Mapping[str, Any], frame: str) -> Table:
     return Table("what success depends on", head, rows, (CHANCE,) if rows else ())
 
 
+def _times(quantities: Mapping[str, Any], frame: str) -> Table:
+    """Return a row for each quantity: where flights settle soonest and latest, by their medians."""
+    rows = []
+    for name, by in quantities.items():
+        told = sorted((each for each in by["bins"] if each["flights"]), key=lambda each: each["settling_time_s"]["50%"])
+        if told:
+            ends = (
+                (_place(each), *(_number(each["settling_time_s"][key]) for key in ("50%", "95%")))
+                for each in (told[0], told[-1])
+            )
+            rows.append((label(name, frame), *(word for end in ends for word in end)))
+    head = ("settling time [s] by", "soonest at", "median", "95 %", "latest at", "median", "95 %")
+    return Table("what the settling time depends on", head, rows)
+
+
 def _bins(name: str, by: Mapping[str, Any], frame: str) -> Table:
     rows = [
         (*_told(each), f"{each['flights']:,}", *(_number(each["settling_time_s"][key]) for key in ("50%", "95%")))
@@ -128,8 +144,11 @@ def _bins(name: str, by: Mapping[str, Any], frame: str) -> Table:
 
 
 def _told(each: Mapping[str, Any]) -> tuple[str, str, str]:
-    place = _value(each["value"]) if "value" in each else f"{_number(each['low'])} to {_number(each['high'])}"
-    return place, percent(each["share"]), _interval(each["interval"]) if each["flights"] else "-"
+    return _place(each), percent(each["share"]), _interval(each["interval"]) if each["flights"] else "-"
+
+
+def _place(each: Mapping[str, Any]) -> str:
+    return _value(each["value"]) if "value" in each else f"{_number(each['low'])} to {_number(each['high'])}"
 
 
 def _interval(ends: Sequence[float]) -> str:
