@@ -54,6 +54,16 @@ def test_the_object_is_plain_and_tells_the_campaign(found: dict[str, object]) ->
     assert cause["sentence"] == "thrust fell to zero"
 
 
+def test_those_that_did_not_settle_are_told_by_how_far_they_were(tmp_path: Path) -> None:
+    """A flight that missed its bound by a hair and one that flew away have one status."""
+    distance = np.where(known()["settled"], 0.001, 0.1 + np.arange(COUNT))
+    rows = {name: known()[name] for name in ("flight", "settled")} | {"rms_distance_last_quarter_m": distance}
+    missed = distance[~known()["settled"]]
+    told = findings(Study(stored(tmp_path, rows | {"status": np.full(COUNT, "completed")})))["causes"][0]["sentence"]
+    expected = f"{missed.min():.3g} to {missed.max():.3g} m away in the last quarter (RMS), in the median {np.median(missed):.3g} m"
+    assert told.endswith(expected)
+
+
 def test_distributions_are_those_of_the_flights_that_settle(found: dict[str, dict[str, dict[str, float]]]) -> None:
     told, settled = found["distributions"], known()["settled"]
     assert told["max_distance_m"] == {
@@ -167,6 +177,13 @@ def test_labels_have_units_and_frames() -> None:
     assert label("start_tilt_direction_deg", "enu") == "start tilt direction, enu [°]"
     assert label("start_tilt_deg", "enu") == "start tilt [°]"
     assert label("truth.mass_scale", "enu") == "truth.mass_scale"
+    assert label("start_angular_velocity_z_rad_s", "enu") == "start angular velocity z, enu [rad/s]"
+    assert [label(f"path.{each}", "enu") for each in ("radius", "center.z", "rotation.yaw", "pitch")] == [
+        "path.radius [m]",
+        "path.center.z, enu [m]",
+        "path.rotation.yaw [°]",
+        "path.pitch",
+    ]
     assert label("min_free_fall_margin_m_s2") == "min free fall margin [m/s²]"
 
 

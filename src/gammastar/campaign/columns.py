@@ -19,7 +19,12 @@ UNITS = {  # by the end of a name, the longest first
     "_s": "s",
 }
 ATTITUDE = ("start_tilt_deg", "start_tilt_direction_deg", "start_heading_deg")
-FRAMED = re.compile(r"start_(position|velocity)_[xyz]_|start_(tilt_direction|heading)_|wind\.mean\.")
+FRAMED = re.compile(
+    r"start_(position|velocity|angular_velocity)_[xyz]_|start_(tilt_direction|heading)_|wind\.mean\.|path\.(position|center|normal)\."
+)
+OF_PATH = {"path.radius": "m", "path.position": "m", "path.center": "m"} | {
+    f"path.rotation.{each}": "°" for each in ("roll", "pitch", "yaw")
+}
 THRUST_TO_WEIGHT = "thrust_to_weight"
 
 
@@ -30,7 +35,8 @@ def parted(column: str) -> tuple[str, str]:
     (('peak rate', 'rad/s'), ('truth.mass_scale', ''), ('wind.mean.x', 'm/s'))
     """
     if "." in column:
-        return column, next((each.unit for key, each in QUANTITIES.items() if f"{column}.".startswith(f"{key}.")), "")
+        units = {key: each.unit for key, each in QUANTITIES.items()} | OF_PATH
+        return column, next((unit for key, unit in units.items() if f"{column}.".startswith(f"{key}.")), "")
     for end, unit in UNITS.items():
         if column.endswith(end):
             return column.removesuffix(end).replace("_", " "), unit

@@ -12,11 +12,12 @@ from gammastar.campaign.rate import CONFIDENCE
 from gammastar.campaign.study import Study
 
 BINS = 10
+LATE_DISTANCE = "rms_distance_last_quarter_m"
 DISTRIBUTIONS = (
     "settling_time_s",
     "max_distance_m",
     "max_distance_last_quarter_m",
-    "rms_distance_last_quarter_m",
+    LATE_DISTANCE,
     "peak_rate_rad_s",
     "peak_torque_N_m",
     "peak_speed_m_s",
@@ -54,7 +55,7 @@ def findings(study: Study, quantities: Sequence[str] = (), bins: int = BINS) -> 
         "confidence": CONFIDENCE,
         "success": rate.values(),
         "settled_late": study.late(),
-        "causes": [_cause(each) for each in study.causes()],
+        "causes": [_cause(study, each) for each in study.causes()],
         "distributions": {name: study.distribution(name, SUCCESS) for name in told},
         "by": {name: _by(name, study.by(name, bins), rate.flights) for name in chosen},
     }
@@ -86,13 +87,22 @@ def _bin(each: Bin) -> dict[str, Any]:
     return place | each.rate.values() | {"settling_time_s": {"50%": median, "95%": late}}
 
 
-def _cause(cause: Cause) -> dict[str, Any]:
+def _cause(study: Study, cause: Cause) -> dict[str, Any]:
     return {
         "cause": cause.status,
-        "sentence": cause.words or (UNSETTLED if cause.status == "not settled" else ""),
+        "sentence": cause.words or (UNSETTLED + _how_far(study) if cause.status == "not settled" else ""),
         "flights": cause.rate.successes,
         "share": cause.rate.share,
         "interval": [cause.rate.low, cause.rate.high],
         "median_end_time_s": cause.end,
         "first_flight": cause.first,
     }
+
+
+def _how_far(study: Study) -> str:
+    """Return how far from their paths those were that flew to their end and did not settle, as the end of a sentence."""
+    if LATE_DISTANCE not in study.columns:
+        return ""
+    told = study.distribution(LATE_DISTANCE, f"status = 'completed' AND {SUCCESS} IS NOT TRUE")
+    least, half, most = (told.get(each, float("nan")) for each in ("0%", "50%", "100%"))
+    return f": {least:.3g} to {most:.3g} m away in the last quarter (RMS), in the median {half:.3g} m" if told else ""

@@ -117,7 +117,7 @@ class VariedSection(Construction):
         if isinstance(made, Choice | Grid):
             return made
         if self.quantity not in known:
-            raise UnknownNameError("quantity", self.quantity, known)
+            raise UnknownNameError("quantity that is no list and no grid", self.quantity, known)
         if made.shape not in (shapes := known[self.quantity].shapes):
             allowed = " or ".join(SHAPES[shape] for shape in shapes)
             raise InputError(
