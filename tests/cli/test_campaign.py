@@ -119,6 +119,15 @@ def test_a_link_that_leads_nowhere_is_no_place(file: Path, tmp_path: Path, capsy
         assert f"{tmp_path / name} is a link that leads nowhere" in line
 
 
+def test_a_library_of_the_end_is_missed_at_the_beginning(
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "duckdb", None)
+    assert run(file, tmp_path / "out") == 2
+    assert "needs duckdb (not installed); run: pip install 'gammastar[campaign]'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_mission_without_a_campaign_says_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["campaign", "upright", "--flights", "3", "--out", str(tmp_path / "out")]) == 2
     assert "say in [[campaign.vary]] what varies" in capsys.readouterr().err

@@ -35,7 +35,7 @@ class Database:
             CampaignError: There are no rows, or other ones.
         """
         with _told(store):
-            connection, (files, rest) = _library().connect(":memory:"), store.rows()
+            connection, (files, rest) = library().connect(":memory:"), store.rows()
             if files:
                 connection.read_parquet([_literally(file) for file in files], union_by_name=True).create_view("whole")
             if rest is not None:
@@ -64,7 +64,8 @@ class Database:
             return list(self.connection.execute(query, values).fetchall())
 
 
-def _library() -> Any:
+def library() -> Any:
+    """Return DuckDB, or raise `MissingExtraError`."""
     try:
         import duckdb
     except ImportError as error:
@@ -75,7 +76,7 @@ def _library() -> Any:
 @contextlib.contextmanager
 def _told(store: Store) -> Iterator[None]:
     """Turn what the database says of broken files into one sentence."""
-    duckdb = _library()
+    duckdb = library()
     try:
         yield
     except duckdb.Error as error:

@@ -38,9 +38,11 @@ def campaign(
     as_json: AsJson = False,
 ) -> None:
     """Fly a mission and all that its campaign varies, and write a row a flight; what was interrupted goes on."""
+    from gammastar.campaign.database import library
     from gammastar.campaign.run import campaign as run
     from gammastar.report.place import chosen_folder
 
+    library()  # counts the flights in the end
     folder = chosen_folder(out, [])
     chosen = chosen_mission(name, changes)
     try:
