@@ -1,4 +1,4 @@
-"""Draw the README's picture and animation, the upside-down start of the paper's section VI-B, and the basin of a campaign.
+"""Draw the README's picture and animation, the upside-down start of the paper's section VI-B, and the basins of two campaigns.
 
 Run it from anywhere: python docs/make.py [FOLDER].  Without a folder it rewrites docs/images.  The same source gives the same bytes.
 """
@@ -20,7 +20,7 @@ from gammastar.figures.basin import draw_basin
 from gammastar.figures.quadrotor import close_up
 
 IMAGES = Path(__file__).parent / "images"
-FLIGHTS = 20_000  # of the campaign
+FLIGHTS = {"basin": 20_000, "any-attitude": 100_000}  # of the campaigns, by the names of their images
 CHANGES: dict[str, Any] = {
     "title": "a quadrotor has 1.7 s to its circle",
     "flight.duration": 1.7,
@@ -39,9 +39,10 @@ def main(folder: Path = IMAGES) -> list[Path]:
     """Write all images into a folder and return the files."""
     record = flight()
     picture = save(readme_picture(record), folder / "upside-down", ("png",))
-    with tempfile.TemporaryDirectory() as place:
-        flown = gs.campaign(hurried(), FLIGHTS, place)
-        picture += save(draw_basin(attitude_basins(flown.study()), headline(flown.study())), folder / "basin", ("png",))
+    for name, flown in {"basin": hurried(), "any-attitude": mission.load("any-attitude")}.items():
+        with tempfile.TemporaryDirectory() as place:
+            study = gs.campaign(flown, FLIGHTS[name], place).study()
+            picture += save(draw_basin(attitude_basins(study), headline(study)), folder / name, ("png",))
     return [*picture, animate(record, folder / "upside-down.gif", seconds=12, fps=15)]
 
 

@@ -90,7 +90,7 @@ def headline(study: Study) -> str:
     """Return the title of a figure: the mission, the rate of success, and its interval."""
     rate = study.rate()
     interval = f"Wilson's 95 % interval {percent(rate.low)} to {percent(rate.high)}"
-    words = f"{percent(rate.share)} of {rate.flights:,} flights settle, {_together(interval, ' %', ' 95', ' interval')}"
+    words = _together(f"{percent(rate.share)} of {rate.flights:,} flights settle, {interval}", " %", " 95", " interval")
     return f"{study.mission.title}: {words}" if study.mission.title else words
 
 
