@@ -10,15 +10,8 @@ from gammastar import so3
 from gammastar.campaign.sample import sampled
 from gammastar.errors import InputError
 from gammastar.mission.attitudes import About, AnyAttitude, Tilted
-from gammastar.mission.distributions import (
-    AlongPath,
-    Ball,
-    Choice,
-    Grid,
-    LogUniform,
-    Normal,
-    Uniform,
-)
+from gammastar.mission.choices import Choice, Grid
+from gammastar.mission.distributions import AlongPath, Ball, LogUniform, Normal, Uniform
 
 COUNT = 20_000
 FLIGHTS = np.arange(COUNT)

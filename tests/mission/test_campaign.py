@@ -10,7 +10,7 @@ import pytest
 from gammastar.errors import InputError
 from gammastar.mission import Mission, load
 from gammastar.mission.campaign import QUANTITIES, Way
-from gammastar.mission.distributions import Grid
+from gammastar.mission.choices import Grid
 
 GOOD: list[dict[str, Any]] = [
     {"quantity": "start.attitude", "kind": "any"},

@@ -10,7 +10,8 @@ import numpy as np
 
 from gammastar import engine
 from gammastar.errors import InputError
-from gammastar.mission.distributions import Distribution, Grid
+from gammastar.mission.choices import Grid
+from gammastar.mission.distributions import Distribution
 
 FIRST_CHANNEL = 2**20  # of the random numbers of a campaign, far above those of a flight
 

@@ -20,7 +20,8 @@ from gammastar.law import Law
 from gammastar.mission import Mission
 from gammastar.mission.campaign import ALONG, Way, quantity
 from gammastar.mission.changes import PATH, changed
-from gammastar.mission.distributions import Choice, Distribution, Grid
+from gammastar.mission.choices import Choice, Grid
+from gammastar.mission.distributions import Distribution
 from gammastar.mission.mission import read
 
 MOST_MISSIONS = 128  # kept at a time

@@ -20,15 +20,30 @@ from pydantic import PlainValidator, SerializeAsAny, field_validator
 
 from gammastar.errors import InputError, MissionError, UnknownNameError
 from gammastar.law.design import CHAINS
+from gammastar.mission.attitudes import About, AnyAttitude, Tilted
 from gammastar.mission.changes import PATH, POLES
+from gammastar.mission.choices import Choice, Grid
 from gammastar.mission.complaint import shown, within
-from gammastar.mission.distributions import KINDS, Choice, Distribution, Grid
+from gammastar.mission.distributions import AlongPath, Ball, Distribution, LogUniform, Normal, Uniform
 from gammastar.mission.paths import PathSection
 from gammastar.mission.tables import plain
 from gammastar.mission.values import Array, Construction, Count, Section, Tables, Text, choose, one_of, section_of
 
 ATTITUDES = ("start.attitude", "start.quaternion", "start.roll", "start.pitch", "start.yaw")
 SAMPLINGS = ("random", "sobol")
+KINDS: dict[str, type[Any]] = {
+    "uniform": Uniform,
+    "box": Uniform,
+    "log-uniform": LogUniform,
+    "normal": Normal,
+    "ball": Ball,
+    "along": AlongPath,
+    "any": AnyAttitude,
+    "tilted": Tilted,
+    "about": About,
+    "list": Choice,
+    "grid": Grid,
+}
 OWN = ("campaign", "flight.seed", "flight.number")  # what a campaign has, or gives each flight
 MOST_QUANTITIES = 200  # far more than a mission has keys
 NUMBER, VECTOR, ATTITUDE, ALONG = (), (3,), (3, 3), (4,)
