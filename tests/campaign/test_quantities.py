@@ -178,8 +178,15 @@ def test_inner_loops_and_plain_noise_vary_too(circle: Mission) -> None:
     noisy = circle.with_values({"noise.position": {"deviation": 0.01, "rate": 100.0}})
     flown_alone(Setting(varied(noisy, noise), seed=0), range(2))
     loops = {"quantity": "truth.rate_bandwidth", "kind": "grid", "choices": [10.0, 20.0, 200.0]}
-    table = flown_alone(Setting(varied(circle, loops, **{"controller.interface": "rates"}), seed=0), range(3))
+    rates = {"controller.interface": "rates"}
+    table = flown_alone(Setting(varied(circle, loops, **rates), seed=0), range(3))
     assert [row["status"] for row in table] == ["completed", "completed", "refused"]
+
+
+def test_a_law_that_commands_body_rates_is_tuned_too(crazyflie: Mission) -> None:
+    vary = [each for each in ONE_PROGRAM if each["quantity"] not in ("truth.lag_scale", "observer.torque")]
+    rates = varied(crazyflie, *vary, **{"controller.interface": "rates"})
+    assert [row["status"] for row in flown_alone(Setting(rates, seed=4), [1, 5])] == ["completed"] * 2
 
 
 def test_what_the_program_cannot_hold_varies_as_a_list_by_missions(circle: Mission) -> None:

@@ -78,4 +78,5 @@ def _wanted(guidance: Guidance) -> Any:
     turning = ca.jtimes(rates, ca.vertcat(*moving), ca.vertcat(*flow))
     inputs = [*state[:5], parameter, waiting, time, data, pieces, *unknown[:3], pace]
     outputs = [thrust_rate, rates, turning, parameter_rate, constrained]
-    return ca.Function("wanted", inputs, ca.cse([ca.densify(each) for each in outputs]))
+    options = {"allow_free": True}  # a tuning that is given by graphs is that of the graph around it
+    return ca.Function("wanted", inputs, ca.cse([ca.densify(each) for each in outputs]), options)
