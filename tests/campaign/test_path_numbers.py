@@ -96,6 +96,12 @@ def test_a_path_that_cannot_be_is_a_row() -> None:
     table = listed(Setting(flying({"name": "circle"}, radii, ALONG), seed=0), range(4))
     assert [row["status"] for row in table] == ["refused", "completed", "refused", "completed"]
     assert table[0]["cause"] == "[path] radius [m] must be greater than 0 (got -1); raise it"
+    scales = {"quantity": "path.scale", "kind": "normal", "mean": 0.0, "deviation": 1.0}
+    setting = Setting(flying({"name": "circle"}, scales), seed=0)
+    for row in listed(setting, range(6)):
+        assert row["status"] == ("completed" if row["path.scale"] > 0 else "refused")
+        if row["status"] == "refused":
+            assert row["cause"] == f"[path] scale must be greater than 0 (got {row['path.scale']:g}); raise it"
     knots = {"quantity": "path.phases", "kind": "list", "choices": [[90.0, 90.0, 0.0], [90.0, 0.0, 0.0]]}
     setting = Setting(flying({"name": "lissajous"}, knots), seed=0)
     (crossed,) = [row for row in listed(setting, range(6)) if row["path.phases.y"] == 0.0][:1]
@@ -120,6 +126,16 @@ def test_numbers_that_make_another_formula_take_programs_of_their_own() -> None:
     assert (first.places.tolist(), second.places.tolist()) == ([0, 2], [1, 3])
     assert [row["status"] for row in table] == ["completed"] * 4
     assert repr(listed(setting, [1])) == repr(table[1:2])
+
+
+def test_counts_vary_as_lists() -> None:
+    """Windings of a knot are whole, and each choice is a program of its own; other numbers may be drawn beside."""
+    counts, tubes = {"quantity": "path.q", "kind": "grid", "choices": [3, 5]}, RADIUS | {"quantity": "path.tube"}
+    mission = flying({"name": "torus_knot", "radius": 4.0}, counts, tubes)
+    assert not {"path.p", "path.q"} & set(mission.quantities)
+    first, second = listed(Setting(mission, seed=0), range(2))
+    assert [first["path.q"], second["path.q"]] == [3, 5]
+    assert (first["status"], second["status"]) == ("completed", "completed")
 
 
 def test_a_place_at_the_origin_is_one_like_any_other() -> None:

@@ -17,6 +17,7 @@ from gammastar.law import Law
 from gammastar.law.autopilot import whole_intervals
 from gammastar.mission import Mission
 from gammastar.mission.campaign import Way, quantity
+from gammastar.mission.complaint import within
 from gammastar.vehicle import Scales, State, scaled
 
 PROMPT = 1e-12  # [s], a latency that asks for an autopilot and takes no control interval
@@ -104,7 +105,8 @@ class Case:
         given_quantities(self.given(chosen)["varied"], len(chosen))
         scales = self.values.get("truth.inertia_scale", np.empty(0))
         for each in scales[chosen] if scales.ndim == 2 else ():
-            scaled(self.mission.truth(), Scales(inertia=each))
+            with within("[truth]"):
+                scaled(self.mission.truth(), Scales(inertia=each))
 
     def alone(self) -> Mission:
         """Return the only flight as a mission of its own: the same to rounding, since no number in it is one of many."""

@@ -169,7 +169,8 @@ def tunings(laws: Sequence[Law]) -> dict[str, np.ndarray]:
     if len({_untuned(law).signature for law in kinds.values()}) > 1:
         raise InputError(
             "laws of flights that are flown together must differ in poles, approach speed, observer bandwidths and the numbers of their "
-            "paths alone (got laws of other vehicles, or of paths with other formulas); fly them apart"
+            "paths alone (got laws of other vehicles, interfaces, observers or approaches of other kinds, or paths with other formulas); "
+            "fly them apart"
         )
     columns = {chain: np.array([law.gains[chain] for law in laws]).T for chain in first.gains}
     if first.approach is not None:

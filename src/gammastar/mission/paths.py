@@ -71,7 +71,10 @@ class PathSection(Construction):
         return result
 
     def numbers(self) -> dict[str, tuple[int, ...]]:
-        """Return the shapes of the numbers () and vectors (3,) of the section by their keys, those of tables in it by dotted ones."""
+        """Return the shapes of the numbers () and vectors (3,) of the section by their keys, those of tables in it by dotted ones.
+
+        Counts, such as those of a knot, are none: they are whole.
+        """
         return dict(_shapes(self.model_dump(exclude_none=True)))
 
     def written(self) -> dict[str, Any]:
@@ -151,14 +154,10 @@ def _shapes(values: Mapping[str, Any]) -> Iterator[tuple[str, tuple[int, ...]]]:
     for key, value in values.items():
         if isinstance(value, Mapping):
             yield from ((f"{key}.{inner}", shape) for inner, shape in _shapes(value))
-        elif _is_number(value):
+        elif isinstance(value, float):
             yield key, ()
-        elif isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)):
+        elif isinstance(value, tuple) and len(value) == 3 and all(isinstance(each, float) for each in value):
             yield key, (3,)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 CATALOGUE = {name: section_of(getattr(catalogue, name), CatalogueSection, name=name) for name in catalogue.__all__}

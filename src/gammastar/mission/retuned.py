@@ -6,12 +6,14 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import ValidationError
+
 from gammastar.errors import MissionError
 from gammastar.law import IntegralAction, Law
 from gammastar.law.design import chains_of
 from gammastar.mission.changes import PATH, POLES, changed
-from gammastar.mission.complaint import within
-from gammastar.mission.paths import path_section
+from gammastar.mission.complaint import complaint, within
+from gammastar.mission.paths import PathSection, path_section
 from gammastar.mission.sections import ControllerSection, MissionFile
 
 
@@ -33,7 +35,7 @@ def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
     changes = dict[str, Any]()
     if numbers := {key: value for key, value in values.items() if key.startswith(f"{PATH}.")}:
         with within("[path]"):
-            changes["path"] = path_section(changed({PATH: _said(file)}, numbers)[PATH]).path(file.frame).with_data()
+            changes["path"] = _path_section(changed({PATH: _said(file)}, numbers)[PATH]).path(file.frame).with_data()
     if poles := {key: value for key, value in values.items() if key.startswith(POLES)}:
         if isinstance(law.rejection, IntegralAction):
             raise MissionError(
@@ -60,6 +62,14 @@ def retuned(file: MissionFile, law: Law, values: Mapping[str, Any]) -> Law:
     with within("[controller]"):
         assert result.gains  # refuses bad poles now
     return result
+
+
+def _path_section(values: Any) -> PathSection:
+    """Return the section that a [path] table asks for; of what it refuses, such as a scale below zero, the sentence."""
+    try:
+        return path_section(values)
+    except ValidationError as error:
+        raise complaint(error) from None
 
 
 def _said(file: MissionFile) -> dict[str, Any]:
