@@ -52,7 +52,7 @@ def test_people_read_what_became_of_the_flights(file: Path, tmp_path: Path, caps
     lines = printed.splitlines()
     assert err == ""  # nobody looks at a bar in a pipe
     assert lines[0] == load("upright").title
-    assert lines[2].startswith("3 flights, 2 settled: 66.7%, and between 20.8% and 93.9% of all such flights do")
+    assert lines[2].startswith("3 flights, 2 settled: 66.67 %, and between 20.77 % and 93.85 % of all such flights do")
     assert lines[3] == "1 did not: refused"
     assert lines[4].startswith("flew 3 in ")
     assert lines[4].endswith(" by casadi")

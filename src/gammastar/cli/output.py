@@ -155,12 +155,14 @@ def campaign(facts: Mapping[str, Any], as_json: bool) -> None:
     if as_json:
         json_object(facts)
         return
-    low, high = facts["interval"]
+    from gammastar.campaign.rate import percent
+
+    share, low, high = map(percent, (facts["share"], *facts["interval"]))
     lines = [
         str(facts["mission"]),
         "",
-        f"{facts['flights']} flights, {facts['successes']} settled: {facts['share']:.1%}, and between {low:.1%} and {high:.1%} of all "
-        "such flights do (95 % confidence)",
+        f"{facts['flights']} flights, {facts['successes']} settled: {share}, and between {low} and {high} of all such flights do "
+        "(95 % confidence)",
     ]
     lines += [f"{each['flights']} did not: {each['cause']}" for each in facts["causes"]]
     if facts["rows_written"]:
