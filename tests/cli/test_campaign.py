@@ -90,6 +90,8 @@ def test_programs_read_one_object_and_a_campaign_goes_on(
         (["--flights", "0"], "flights must be at least 1"),
         (["--machine", "gpu"], "machine must be one of"),
         (["--workers", "0"], "workers must be at least 1"),
+        (["--part", "0"], "flights in a part must be"),
+        (["--part", "2", "--out", "{folder}"], "1000 flights in a part"),
         (["--seed", "-1"], "seed must be"),
         (["--set", "campaign.vary.0.kind=anyhow"], "kind must be one of about"),
         (["--set", "path.radius=2", "--out", "{folder}"], "another mission"),

@@ -26,6 +26,12 @@ def campaign(
     seed: Annotated[
         int | None, typer.Option(help="Of what is drawn and of all noise; the mission's own if left out.")
     ] = None,
+    part: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="Flights written together, which an interruption costs at most; 1000 if left out."
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Threads; one for every processor if left out.")] = None,
     cluster: Annotated[
         str | None,
@@ -48,7 +54,15 @@ def campaign(
     try:
         with bars.flights() as progress:
             flown = run(
-                chosen, flights, folder, seed=seed, workers=workers, cluster=cluster, machine=machine, progress=progress
+                chosen,
+                flights,
+                folder,
+                seed=seed,
+                part=part,
+                workers=workers,
+                cluster=cluster,
+                machine=machine,
+                progress=progress,
             )
     except BaseException as error:
         if not is_interrupt(error):
