@@ -120,6 +120,19 @@ def test_how_sure_it_is_follows_from_the_differences_flight_by_flight() -> None:
     assert dataclasses.replace(found, costs=(own[:1], best[:1])).saving_interval is None
 
 
+def test_limits_may_cost_more() -> None:
+    """The mission's own tuning turns too fast: to turn slower takes longer, and nothing is said of how much less that costs."""
+    found = tuned(NOISY, flights=3, evaluations=10)
+    own, best = found.unseen
+    limits = {"peak_rate_rad_s": own["peak_rate_rad_s"] / 2}
+    judge = dataclasses.replace(found.judge, cost=dataclasses.replace(found.judge.cost, limits=limits))
+    slower = best | {"settling_time_s": own["settling_time_s"] + 1.0, "peak_rate_rad_s": own["peak_rate_rad_s"] / 2}
+    found = dataclasses.replace(found, judge=judge, unseen=(own, slower))
+    assert found.is_better
+    assert found.improvement < 1
+    assert found.message.endswith(f"the mission's own costs {judge.cost.of(own):.4g}, but is farther above its limits")
+
+
 def test_what_is_no_better_on_other_flights_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """The other flights of the one found are replaced by far worse ones."""
     given: dict[str, Any] = {"flights": 3, "evaluations": 10}

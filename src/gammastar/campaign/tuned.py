@@ -52,7 +52,10 @@ class Tuned:
 
     @property
     def improvement(self) -> float:
-        """Return the cost of the mission's own tuning over that of the one that is kept, on flights that the search has not seen."""
+        """Return the cost of the mission's own tuning over that of the one that is kept, on flights that the search has not seen.
+
+        Below one where the one that is kept costs more and keeps limits that the mission's own does not.
+        """
         own, best = self._costs
         if not self.is_better:
             return 1.0
@@ -86,7 +89,8 @@ class Tuned:
         elif self.is_better:
             own, best = self._costs
             factor = f", {self.improvement:.3g} times less" if best else ""
-            words = f"the tuning found costs {best:.4g} on {flights}, where the mission's own costs {own:.4g}{factor}{self._chance}"
+            rest = f"{factor}{self._chance}" if best < own else ", but is farther above its limits"
+            words = f"the tuning found costs {best:.4g} on {flights}, where the mission's own costs {own:.4g}{rest}"
         else:
             words = f"the tuning found is not better than the mission's own on {flights}, so that is kept"
         return words + (f"; interrupted after {len(self.tried) - 1} tunings" if self.is_interrupted else "")
