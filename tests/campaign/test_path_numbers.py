@@ -150,12 +150,17 @@ def test_a_place_at_the_origin_is_one_like_any_other() -> None:
 
 
 def test_a_list_over_an_implicit_path_is_flown_by_a_program_for_each() -> None:
+    """Also where it is another list that makes the path implicit."""
     radii = {"quantity": "path.radius", "kind": "grid", "choices": [1.0, 2.0]}
-    setting = Setting(flying({"name": "circle", "kind": "implicit"}, radii), seed=0)
-    table = listed(setting, range(2))
-    for radius, row in zip((1.0, 2.0), table, strict=True):
-        alone = flying({"name": "circle", "kind": "implicit", "radius": radius}).fly()
+    kinds = {"quantity": "path.kind", "kind": "grid", "choices": ["implicit", "curve"]}
+    table = listed(Setting(flying({"name": "circle"}, kinds, radii), seed=0), range(4))
+    for row in table:
+        alone = flying({"name": "circle", "kind": row["path.kind"], "radius": row["path.radius"]}).fly()
         assert row["final_distance_m"] == pytest.approx(alone.distance[-1], abs=1e-9)
+    assert [row["path.radius"] for row in table] == [1.0, 2.0] * 2
+    setting = Setting(flying({"name": "circle", "kind": "implicit"}, radii), seed=0)
+    for row, other in zip(listed(setting, range(2)), table, strict=False):
+        assert row["final_distance_m"] == pytest.approx(other["final_distance_m"], abs=1e-9)
 
 
 @pytest.mark.parametrize(

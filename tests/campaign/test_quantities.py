@@ -198,6 +198,13 @@ def test_what_the_program_cannot_hold_varies_as_a_list_by_missions(circle: Missi
     assert [
         each.mission.file.reference.speed for each in setting.cases(np.arange(2), setting.sample(np.arange(2)))
     ] == [0.5, 1.0]
+    kinds = {"quantity": "reference.kind", "kind": "grid", "choices": ["ramp", "speed"]}
+    setting = Setting(varied(circle, kinds, speeds), seed=0)
+    every = np.arange(4)
+    missions = [case.mission for case in setting.cases(every, setting.sample(every))]
+    assert [(m.file.reference.kind, m.file.reference.speed) for m in missions] == [
+        (kind, speed) for kind in ("ramp", "speed") for speed in (0.5, 1.0)
+    ]
 
 
 @pytest.mark.parametrize(

@@ -12,16 +12,16 @@ from gammastar.mission.campaign import Way, quantity
 from gammastar.mission.changes import PATH, POLES
 from gammastar.mission.complaint import within
 from gammastar.mission.references import FeasibleSection
-from gammastar.path import ParametricPath
+from gammastar.mission.sections import MissionFile
 
 SPEED = "speed"  # kind of the references of which each flight may have its own
 
 
-def serves(mission: Mission, name: str) -> bool:
+def serves(file: MissionFile, name: str) -> bool:
     """Return whether a quantity can be data for one program of a mission's flights; as a list or grid it can be varied in any case."""
-    file, way = mission.file, quantity(name).way
+    way = quantity(name).way
     if name.startswith(f"{PATH}."):
-        return isinstance(mission.law().path, ParametricPath) and not isinstance(file.reference, FeasibleSection)
+        return not file.path.is_implicit and not isinstance(file.reference, FeasibleSection)
     if way is Way.SPEED:
         return getattr(file.reference, "kind", None) == SPEED
     return way is not Way.LAW or file.integral is None
@@ -33,7 +33,7 @@ def require_effect(mission: Mission, names: Iterable[str]) -> None:
     with within("[campaign]"):
         mission.require_possible({quantity(name).parameter: np.ones((1, 1)) for name in of if of[name] is Way.TRUTH})
         for name in of:
-            if of[name] is Way.SPEED and not serves(mission, name):
+            if of[name] is Way.SPEED and not serves(mission.file, name):
                 raise MissionError(
                     f'{name} must be that of a reference of the kind "{SPEED}" (got another kind); vary it as a list, or take that kind',
                     "reference.kind",
@@ -62,8 +62,8 @@ def _require_tuned(mission: Mission, name: str) -> None:
 
 def _require_curve(mission: Mission, name: str) -> None:
     """Raise `InputError` unless a number of the path can be data for one program."""
-    if not serves(mission, name):
-        found = "a feasible one" if isinstance(mission.law().path, ParametricPath) else "an implicit path"
+    if not serves(mission.file, name):
+        found = "an implicit path" if mission.file.path.is_implicit else "a feasible one"
         raise MissionError(
             f"{name} must be that of a curve, at a speed that is not made for it (got {found}); vary it as a list, each choice of which is "
             "a program of its own",

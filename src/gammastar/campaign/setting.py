@@ -25,6 +25,7 @@ from gammastar.mission.distributions import Distribution
 from gammastar.mission.mission import read
 
 MOST_MISSIONS = 128  # kept at a time
+SHAPING = (PATH, "reference", "integral")  # sections that say what can be data
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +71,20 @@ class Setting:
         return [name for name in self.varied if name in self.mission.quantities and name not in self._changes]
 
     @functools.cached_property
+    def _serving(self) -> frozenset[str]:
+        """The quantities that can be data for the program of the mission, and of each that choices for its path or reference make of it."""
+        files, known = [self.mission.file], self.mission.quantities
+        for name, each in self.varied.items():
+            if isinstance(each, Choice | Grid) and name not in known and name.split(".")[0] in SHAPING:
+                files += [read(self._values({name: choice})) for choice in each.choices]
+        return frozenset(name for name in self.varied if name in known and all(serves(file, name) for file in files))
+
+    @functools.cached_property
     def _numbers(self) -> Mapping[str, np.ndarray]:
         """The choices (k, ...) of lists and grids that are numbers of one shape for a quantity that is data."""
         found, known = dict[str, np.ndarray](), self.mission.quantities
         for name, distribution in self.varied.items():
-            if isinstance(distribution, Choice | Grid) and name in known and serves(self.mission, name):
+            if isinstance(distribution, Choice | Grid) and name in self._serving:
                 choices = _as_array(distribution.choices)
                 if choices is not None and choices.shape[1:] in set(known[name].shapes) - {ALONG}:
                     found[name] = choices
@@ -92,9 +102,7 @@ class Setting:
         return {
             name: choices
             for name, choices in self._lists.items()
-            if name not in self.mission.quantities
-            or quantity(name).way is not Way.LAW
-            or not serves(self.mission, name)
+            if name not in self._serving or quantity(name).way is not Way.LAW
         }
 
     def sample(self, numbers: np.ndarray) -> dict[str, np.ndarray]:

@@ -50,6 +50,11 @@ class PathSection(Construction):
     scale: Positive = 1.0  # metres in the world for one of the path's own
     progress: Annotated[str, one_of(PROGRESS)] = "parameter"  # what counts along it: its own parameter, or metres
 
+    @property
+    def is_implicit(self) -> bool:
+        """Return whether the path is given by functions of position, not as a curve."""
+        return bool(IMPLICIT_KEYS & type(self).model_fields.keys()) or getattr(self, "kind", None) == "implicit"
+
     def placement(self, frame: str) -> dict[str, Any]:
         """Return the arguments of `Placement`, in `ned`."""
         return turn.placement_in_ned(self.position, matrix_of(self.rotation), self.scale, frame)
