@@ -137,6 +137,11 @@ def test_thrust_to_weight_is_not_told_of_places_in_a_list_of_rotors() -> None:
     assert told[1] is None
 
 
+def test_flights_by_body_rates_have_no_rotors() -> None:
+    rates = hummingbird().with_values({"controller.interface": "rates", "truth.thrust_scale": 1.0})
+    assert thrust_to_weight(rates.source(), ["truth.mass_scale"]) is None
+
+
 def test_thrust_to_weight_is_told_where_the_path_varies_too() -> None:
     radius = {"quantity": "path.radius", "kind": "uniform", "low": 1.0, "high": 2.0}
     varied = hummingbird().with_values({"campaign.vary": [radius]})
@@ -178,10 +183,11 @@ def test_labels_have_units_and_frames() -> None:
     assert label("start_tilt_deg", "enu") == "start tilt [°]"
     assert label("truth.mass_scale", "enu") == "truth.mass_scale"
     assert label("start_angular_velocity_z_rad_s", "enu") == "start angular velocity z, enu [rad/s]"
-    assert [label(f"path.{each}", "enu") for each in ("radius", "center.z", "rotation.yaw", "pitch")] == [
+    assert [label(f"path.{each}", "enu") for each in ("radius", "point.z", "along.x", "heading", "pitch")] == [
         "path.radius [m]",
-        "path.center.z, enu [m]",
-        "path.rotation.yaw [°]",
+        "path.point.z, enu [m]",
+        "path.along.x, enu",
+        "path.heading [°]",
         "path.pitch",
     ]
     assert label("min_free_fall_margin_m_s2") == "min free fall margin [m/s²]"

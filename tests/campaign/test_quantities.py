@@ -207,6 +207,15 @@ def test_what_the_program_cannot_hold_varies_as_a_list_by_missions(circle: Missi
     ]
 
 
+def test_a_list_over_a_whole_section_keeps_the_seed(circle: Mission) -> None:
+    """Which is the campaign's own, whatever else stands in [flight]."""
+    sections = {"quantity": "flight", "kind": "list", "choices": [{"duration": 0.1, "step": 0.01}]}
+    setting = Setting(varied(circle, sections), seed=5)
+    (case,) = setting.cases(np.arange(1), setting.sample(np.arange(1)))
+    assert isinstance(case.mission, Mission)
+    assert (case.mission.file.flight.seed, case.mission.file.flight.duration) == (5, 0.1)
+
+
 @pytest.mark.parametrize(
     ("vary", "changes", "said"),
     [

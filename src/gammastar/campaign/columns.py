@@ -20,10 +20,10 @@ UNITS = {  # by the end of a name, the longest first
 }
 ATTITUDE = ("start_tilt_deg", "start_tilt_direction_deg", "start_heading_deg")
 FRAMED = re.compile(
-    r"start_(position|velocity|angular_velocity)_[xyz]_|start_(tilt_direction|heading)_|wind\.mean\.|path\.(position|center|normal)\."
+    r"start_(position|velocity|angular_velocity)_[xyz]_|start_(tilt_direction|heading)_|wind\.mean\.|path\.(position|center|normal|axis|point|along)\."
 )
-OF_PATH = {"path.radius": "m", "path.position": "m", "path.center": "m"} | {
-    f"path.rotation.{each}": "°" for each in ("roll", "pitch", "yaw")
+OF_PATH = {f"path.{each}": "m" for each in ("radius", "position", "center", "point")} | {
+    f"path.{each}": "°" for each in ("rotation.roll", "rotation.pitch", "rotation.yaw", "heading")
 }
 THRUST_TO_WEIGHT = "thrust_to_weight"
 

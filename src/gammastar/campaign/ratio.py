@@ -32,7 +32,8 @@ def thrust_to_weight(mission: str, columns: Collection[str]) -> str | None:
         return None
     vehicle, truth = chosen.truth(), chosen.file.truth
     own = np.asarray(truth.thrust_scale)
-    if vehicle.rotors is None or vehicle.weight == 0 or own.shape != () or _by_rotor(chosen):
+    flies_by_rates = chosen.law().interface == "rates"  # such flights have no rotors
+    if vehicle.rotors is None or flies_by_rates or vehicle.weight == 0 or own.shape != () or _by_rotor(chosen):
         return None
     lift = sum(float(force.lift) for force in vehicle.forces if isinstance(force, Buoyancy))
     thrust, weight = vehicle.rotors.thrust_range[1], chosen.law().vehicle.mass * vehicle.gravity

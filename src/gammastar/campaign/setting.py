@@ -178,7 +178,7 @@ class Setting:
         """Return the mission's values with some changed, without [campaign] and with the seed."""
         values: dict[str, Any] = self.mission.given()
         del values["campaign"]
-        return changed(values, {"flight.seed": self.seed} | dict(changes))
+        return changed(values, {**changes, "flight.seed": self.seed})  # last: a list may give all of [flight]
 
 
 @functools.lru_cache(MOST_MISSIONS)
