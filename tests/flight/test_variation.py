@@ -171,6 +171,7 @@ def test_laws_of_other_vehicles_are_flown_apart() -> None:
     [
         ({"mas_scale": [1, 1, 1]}, 'did you mean "mass_scale"'),
         ({"mass_scale": [1, 1]}, r"shape \(3,\)"),
+        ({"inertia_scale": [[1, 1, 1], [1, 2, 4], [1, 1, 1]]}, "inertia .* must satisfy the triangle inequality"),
         ({"mass_scale": [1, 1, -1]}, "finite and positive"),
         ({"noise_scale": [1, 0, -1]}, "finite and not negative"),
         ({"wind": [1, 1, 1]}, r"shape \(3, 3\)"),

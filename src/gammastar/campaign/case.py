@@ -18,7 +18,7 @@ from gammastar.law.autopilot import whole_intervals
 from gammastar.mission import Mission
 from gammastar.mission.campaign import Way, quantity
 from gammastar.mission.complaint import within
-from gammastar.vehicle import Scales, State, scaled
+from gammastar.vehicle import State
 
 PROMPT = 1e-12  # [s], a latency that asks for an autopilot and takes no control interval
 
@@ -100,13 +100,10 @@ class Case:
             return error
 
     def require_possible(self, chosen: np.ndarray) -> None:
-        """Raise `InputError` where numbers of what really flies in some flights cannot be, or no body has such scales of inertia."""
+        """Raise `InputError` where numbers of what really flies in some flights cannot be."""
         assert isinstance(self.mission, Mission)
-        given_quantities(self.given(chosen)["varied"], len(chosen))
-        scales = self.values.get("truth.inertia_scale", np.empty(0))
-        for each in scales[chosen] if scales.ndim == 2 else ():
-            with within("[truth]"):
-                scaled(self.mission.truth(), Scales(inertia=each))
+        with within("[truth]"):
+            self.mission.require_possible(given_quantities(self.given(chosen)["varied"], len(chosen)))
 
     def alone(self) -> Mission:
         """Return the only flight as a mission of its own: the same to rounding, since no number in it is one of many."""

@@ -22,7 +22,7 @@ from gammastar.flight.wind import Wind
 from gammastar.law import Law
 from gammastar.law.autopilot import Autopilot
 from gammastar.law.guidance import Guidance
-from gammastar.vehicle import Vehicle
+from gammastar.vehicle import Vehicle, scaled_inertia
 
 AUTOPILOT_RATE = 500.0  # [Hz] when none is given
 
@@ -137,7 +137,7 @@ class Conditions:
         return PilotedLoop(*loop, pilot=self.pilot)
 
     def require_possible(self, varied: Mapping[str, np.ndarray], law: Law) -> None:
-        """Raise `InputError` when something varies that makes no difference, or beyond what can be flown.
+        """Raise `InputError` when something varies that makes no difference, or beyond what can be flown or what a body can have.
 
         Args:
             varied: Values (k, flights) by name, see `fly_many`.
@@ -145,7 +145,11 @@ class Conditions:
         """
         measured = self.noise or self.sensors
         is_noisy = measured is not None and measured.is_noisy
-        require_effect(varied, self._truth(law), law.interface, is_noisy)
+        truth = self._truth(law)
+        require_effect(varied, truth, law.interface, is_noisy)
+        scales = varied.get("inertia_scale", np.empty((3, 0)))
+        for each in scales[:, np.ptp(scales, axis=0) > 0].T:  # equal ones leave a body one
+            scaled_inertia(truth, each)
         if "rate_bandwidth" in varied:
             _require_slower(float(np.max(varied["rate_bandwidth"], initial=0.0)), self.timing(law)[0])
 

@@ -4,7 +4,7 @@ from gammastar.vehicle.body import CALM, NOTHING, Rates, Unknown, Vehicle
 from gammastar.vehicle.forces import Buoyancy, CustomForce, Force, LinearDrag, QuadraticDrag, RotorDrag
 from gammastar.vehicle.rotors import Hover, Rotors
 from gammastar.vehicle.state import State, StateGraph, join, split
-from gammastar.vehicle.varied import Scales, scaled, varied
+from gammastar.vehicle.varied import Scales, scaled, scaled_inertia, varied
 
 __all__ = [
     "CALM",
@@ -25,6 +25,7 @@ __all__ = [
     "Vehicle",
     "join",
     "scaled",
+    "scaled_inertia",
     "split",
     "varied",
 ]

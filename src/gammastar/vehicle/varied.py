@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from gammastar.vehicle.body import Vehicle
+from gammastar.vehicle.inertia import inertia_matrix
 
 
 class Scales(NamedTuple):
@@ -45,7 +47,6 @@ def scaled(
     vehicle: Vehicle, scales: Scales, thrust: float = 1.0, lag: float = 1.0, rate_bandwidth: float | None = None
 ) -> Vehicle:
     """Return a vehicle with its numbers scaled by numbers, those of its rotors too, or with another rate bandwidth [rad/s]."""
-    root = np.sqrt(np.broadcast_to(np.asarray(scales.inertia, dtype=float), 3))
     rotors = vehicle.rotors
     if rotors is not None:
         coefficients, lags = thrust * np.asarray(rotors.thrust_coefficient), lag * np.asarray(rotors.lag)
@@ -53,8 +54,18 @@ def scaled(
     return dataclasses.replace(
         vehicle,
         mass=float(scales.mass) * vehicle.mass,
-        inertia=np.asarray(vehicle.inertia) * np.outer(root, root),
+        inertia=scaled_inertia(vehicle, scales.inertia),
         forces=[force.scaled(float(scales.force)) for force in vehicle.forces],
         rotors=rotors,
         rate_bandwidth=vehicle.rate_bandwidth if rate_bandwidth is None else rate_bandwidth,
     )
+
+
+def scaled_inertia(vehicle: Vehicle, scales: ArrayLike) -> np.ndarray:
+    """Return a vehicle's inertia (3, 3) [kg m^2] by scales, one or (3,) for the body axes, as in `Scales`.
+
+    Raises:
+        InputError: No body has it.
+    """
+    root = np.sqrt(np.broadcast_to(np.asarray(scales, dtype=float), 3))
+    return inertia_matrix(np.asarray(vehicle.inertia) * np.outer(root, root))
