@@ -15,7 +15,7 @@ from gammastar.campaign import tune as module
 from gammastar.campaign.cost import Cost
 from gammastar.campaign.flown import rows
 from gammastar.campaign.setting import Setting
-from gammastar.campaign.trials import Trials
+from gammastar.campaign.trials import Trials, flights_of
 from gammastar.campaign.tune import Tuner
 from gammastar.errors import InputError
 from gammastar.mission import Mission, parse
@@ -120,6 +120,18 @@ def test_how_sure_it_is_follows_from_the_differences_flight_by_flight() -> None:
     assert dataclasses.replace(found, costs=(own[:1], best[:1])).saving_interval is None
 
 
+def test_points_of_a_grid_without_chance_judge_once() -> None:
+    """They recur after all combinations, and are no other flights then; with noise they are."""
+    grid = {"quantity": "reference.speed", "kind": "grid", "low": 0.5, "high": 1.0, "count": 5}
+    mission = Mission.from_values(PLAIN | {"campaign": {"vary": [grid]}})
+    assert flights_of(mission, 2) == (range(2), range(2, 5))
+    assert flights_of(mission, 24) == (range(5), None)
+    assert flights_of(Mission.from_values(NOISY | {"campaign": {"vary": [grid]}}), 2) == (range(2), range(2, 22))
+    found = tuned(PLAIN | {"campaign": {"vary": [grid]}}, flights=5, evaluations=4)
+    assert (found.flights, found.other_flights) == (5, 0)
+    assert found.best == 0 or "on all 5 flights of the mission" in found.message
+
+
 def test_limits_may_cost_more() -> None:
     """The mission's own tuning turns too fast: to turn slower takes longer, and nothing is said of how much less that costs."""
     found = tuned(NOISY, flights=3, evaluations=10)
@@ -184,8 +196,7 @@ def test_lists_of_a_campaign_are_flown_by_their_own_missions() -> None:
     """Flights 0 and 2 are on the first path, 1 and 3 on the second; their columns are in the order of their numbers."""
     vary = [{"quantity": "path.position", "kind": "grid", "choices": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.5]]}]
     mission = Mission.from_values(PLAIN | {"campaign": {"vary": vary}})
-    tuner = Tuner(mission, 4, 1, machine="casadi")
-    (columns,) = tuner.seen.fly([module.Candidate.of(mission.law())])
+    (columns,) = Trials(mission, range(4), 0, "casadi").fly([module.Candidate.of(mission.law())])
     assert columns["max_distance_m"] == pytest.approx([HEIGHT, HEIGHT + 0.5] * 2)
 
 

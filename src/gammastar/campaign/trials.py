@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from gammastar.campaign.space import Candidate
 from gammastar.errors import GammastarError, MissionError
 from gammastar.law import Law
 from gammastar.mission import Mission
+from gammastar.mission.choices import Grid
 from gammastar.vehicle import State
 
 OTHERS = 10  # times the flights of a search judge what it has found: they are flown for two tunings alone
@@ -126,9 +128,15 @@ def _tiled(given: Mapping[str, Any], times: int) -> dict[str, Any]:
 
 
 def flights_of(mission: Mission, count: int) -> tuple[range, range | None]:
-    """Return the numbers of the flights to search with, and of `OTHERS` times as many to judge by: none where all are the same."""
-    file = mission.file
+    """Return the numbers of the flights to search with, and of `OTHERS` times as many to judge by; fewer or none where there are no more.
+
+    Without chance a mission has one flight, and one whose campaign goes through grids alone has those of all combinations: then they recur.
+    """
+    file, most = mission.file, (1 + OTHERS) * count
     has_gusts = file.wind is not None and file.wind.gusts is not None
-    if file.campaign is None and file.noise is None and file.sensors is None and not has_gusts:
-        return range(1), None
-    return range(count), range(count, (1 + OTHERS) * count)
+    varied = () if file.campaign is None else file.campaign.distributions(mission.quantities).values()
+    counts = [len(each.choices) for each in varied if isinstance(each, Grid)]
+    if file.noise is None and file.sensors is None and not has_gusts and len(counts) == len(varied):
+        most = min(most, math.prod(counts))
+    seen = min(count, most)
+    return range(seen), range(seen, most) or None

@@ -46,8 +46,8 @@ def tune(
 
     Args:
         mission: As it is; its own tuning is where the search begins.
-        flights: How many each candidate flies; ten times as many others judge the one that is found.  One where no flight differs
-            from another.
+        flights: How many each candidate flies; ten times as many others judge the one that is found.  Fewer where the mission has no
+            more: one without chance and [campaign] has one, a grid without chance as many as it has points.
         evaluations: How many candidates are flown.
         cost: Weight of each term of `gammastar.campaign.cost.TERMS`; `DEFAULT_WEIGHTS` there when left out.
         limits: Largest mean of terms over the flights; None is what the mission's own tuning has.

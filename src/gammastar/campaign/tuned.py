@@ -29,7 +29,7 @@ class Tuned:
     unseen: tuple[Means, Means]  # of the mission's own and of the best, over flights not searched with
     costs: (
         tuple[np.ndarray, np.ndarray] | None
-    )  # (m,) of these flights; None if they do not differ from those of the search
+    )  # (m,) of these flights; None if there are no others than those of the search
     seed: int
     flights: int  # of each candidate
     is_interrupted: bool
@@ -63,7 +63,7 @@ class Tuned:
 
     @property
     def other_flights(self) -> int:
-        """Return how many flights have judged that were not searched with; none where all flights of the mission are the same."""
+        """Return how many flights have judged that were not searched with; none where the mission has no others."""
         return 0 if self.costs is None else len(self.costs[0])
 
     @functools.cached_property
@@ -83,7 +83,9 @@ class Tuned:
     @property
     def message(self) -> str:
         """Return one sentence that says what came out."""
-        flights = f"{self.other_flights} other flights" if self.other_flights else "the mission's only flight"
+        others, count = self.other_flights, self.flights
+        every = "the mission's only flight" if count == 1 else f"all {count} flights of the mission"
+        flights = f"{others} other flight{'s' if others > 1 else ''}" if others else every
         if self.best == 0:
             words = "no tuning costs less than the mission's own, which is kept"
         elif self.is_better:
