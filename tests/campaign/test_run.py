@@ -257,7 +257,7 @@ def test_a_flight_that_is_not_its_row_says_so(expected: gs.Campaign, tmp_path: P
 def test_what_cannot_be_flown_again_says_why(mission: Mission, expected: gs.Campaign, tmp_path: Path) -> None:
     rows = expected.to_pandas().set_index("flight")
     refused = int(rows.index[rows["status"] == "refused"][0])
-    with pytest.raises(InputError, match=r"refused: mass_scale must be finite and positive"):
+    with pytest.raises(InputError, match=r"refused: \[truth\] mass_scale must be finite and positive"):
         expected.fly(refused)
     with pytest.raises(InputError, match="below the 20"):
         expected.fly(FLIGHTS)
