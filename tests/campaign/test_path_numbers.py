@@ -143,7 +143,7 @@ def test_a_place_at_the_origin_is_one_like_any_other() -> None:
     places = {"quantity": "path.position", "kind": "grid", "choices": [[0.0, 0.0, 0.0], [0.0, 0.5, 0.0]]}
     setting = Setting(flying({"name": "circle"}, places), seed=0)
     (case,) = setting.cases(np.arange(2), setting.sample(np.arange(2)))
-    laws = [*setting.nominal(1)["laws"], *(case.laws() or ())]
+    laws = [*setting.nominal(1)["laws"], *(case.laws or ())]
     assert len({law.path.graph_key for law in laws}) == 1
     (own,) = Setting(flying({"name": "circle"}, RADIUS), seed=0).nominal(1)["laws"]
     assert own.path.graph_key == gs.paths.circle().with_data().graph_key

@@ -137,7 +137,7 @@ def test_lists_of_poles_are_tunings_of_one_law(circle: Mission, choices: list[An
         len(choices),
     )
     (case,) = setting.cases(np.arange(2 * count), setting.sample(np.arange(2 * count)))
-    laws = case.laws()
+    laws = case.laws
     assert laws is not None
     assert all(laws[k] is laws[k + count] for k in range(count))
     for row, choice in zip(listed(setting, range(count)), choices, strict=True):
@@ -153,7 +153,7 @@ def test_a_chain_that_varies_leaves_the_others_as_they_are_given(circle: Mission
     vary = {"quantity": "controller.poles.tangential", "kind": "uniform", "low": -4.0, "high": -2.0}
     setting = Setting(varied(circle, vary), seed=0)
     (case,) = setting.cases(np.arange(1), setting.sample(np.arange(1)))
-    (law,) = case.laws() or ()
+    (law,) = case.laws or ()
     assert not isinstance(law, InputError)
     value = case.values["controller.poles.tangential"][0]
     assert law.poles["transverse"] == (-3.0,) * 4

@@ -31,12 +31,13 @@ class Case:
     places: np.ndarray  # (m,) of the flights among those asked for
     numbers: np.ndarray  # (m,) of the flights
     values: Mapping[str, np.ndarray]  # (m, ...) by quantity, of what varies within the program, in the mission's frame
+    known: list[Law | InputError] | None = None  # their laws, where these have been made
 
     def starts(self) -> Starts:
         """Return where the flights begin."""
         assert isinstance(self.mission, Mission)
         given = {name: self.values[f"start.{name}"] for name in PARTS if f"start.{name}" in self.values}
-        own, laws = self.mission.law(), self.laws() or []
+        own, laws = self.mission.law(), self.laws or []
         paths = [(own if isinstance(law, InputError) else law).path for law in laws] or [own.path] * len(self.numbers)
         return Starts.of(self.mission, paths, **given)
 
@@ -49,13 +50,12 @@ class Case:
         speeds = [each[chosen] for each in self._by(Way.SPEED).values()]
         return {"varied": varied} | ({"speed": speeds[0]} if speeds else {})
 
+    @functools.cached_property
     def laws(self) -> list[Law | InputError] | None:
         """Return the law of every flight, or why there is none; None where all have that of the mission.  Equal values share one."""
-        return self._laws
-
-    @functools.cached_property
-    def _laws(self) -> list[Law | InputError] | None:
         assert isinstance(self.mission, Mission)
+        if self.known is not None:
+            return self.known
         tuning, made = self._by(Way.LAW), dict[str, Law | InputError]()
         rows = [
             dict(zip(tuning, row, strict=True))
@@ -68,7 +68,7 @@ class Case:
 
     def by_program(self) -> Iterator[Case]:
         """Yield the flights by the programs that their paths take; those without a law are with the first."""
-        laws = self.laws() or []
+        laws = self.laws or []
         keys = [None if isinstance(law, InputError) else (law.path.graph_key, law.path.ends is None) for law in laws]
         first, of = next(filter(None, keys), None), dict[Any, list[int]]()
         for k, key in enumerate(keys):
@@ -77,9 +77,8 @@ class Case:
             yield self
             return
         for own in of.values():
-            case = Case(self.mission, self.places[own], self.numbers[own], {k: v[own] for k, v in self.values.items()})
-            case.__dict__["_laws"] = [laws[k] for k in own]
-            yield case
+            values = {name: each[own] for name, each in self.values.items()}
+            yield Case(self.mission, self.places[own], self.numbers[own], values, [laws[k] for k in own])
 
     def begun(self, places: Starts) -> list[State | InputError]:
         """Return the state in which each flight begins, or why a look at its law, its numbers and its start refuses it."""
@@ -89,7 +88,7 @@ class Case:
             states += places.states(every)
         except InputError:
             states = [self._begun(places, every[k : k + 1]) for k in every]
-        laws = self.laws() or states
+        laws = self.laws or states
         return [law if isinstance(law, InputError) else state for law, state in zip(laws, states, strict=True)]
 
     def _begun(self, places: Starts, one: np.ndarray) -> State | InputError:

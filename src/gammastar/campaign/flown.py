@@ -79,7 +79,7 @@ def flown(case: Case, places: Starts, given: dict[str, Any]) -> Iterator[tuple[n
     alone.
     """
     assert not isinstance(case.mission, GammastarError)
-    states, laws = case.begun(places), case.laws()
+    states, laws = case.begun(places), case.laws
     refused = {k: state for k, state in enumerate(states) if isinstance(state, InputError)}
     yield from ((np.array([k]), error) for k, error in refused.items())
     waiting = [np.array([k for k in range(len(states)) if k not in refused], dtype=int)]

@@ -104,7 +104,7 @@ class Trials:
             every = np.arange(len(case.numbers))
             case.require_possible(every)
             laws = list[Law]()
-            for law in case.laws() or [case.mission.law()] * len(every):
+            for law in case.laws or [case.mission.law()] * len(every):
                 if isinstance(law, GammastarError):
                     raise law
                 laws.append(law)
