@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import threading
 from typing import Any
 
 import casadi as ca
@@ -16,7 +17,7 @@ from gammastar.path import catalogue as paths
 from gammastar.path.formula import curve_from_formula
 from gammastar.path.metres import by_length
 from gammastar.path.placement import placed
-from gammastar.path.template import TemplateCurve
+from gammastar.path.template import TemplateCurve, read
 from gammastar.taylor import Series
 
 TURN = so3.exp(np.array([0.3, 0.2, -0.4]))
@@ -108,6 +109,30 @@ def test_casadi_simplifies_again_afterwards() -> None:
         Curve(lambda s: (s if s > 0 else -s, s, s))
     x = ca.SX.sym("x")
     assert (0 + 1 * x).is_symbolic()
+
+
+def test_casadi_simplifies_again_after_two_threads_at_once() -> None:
+    """CasADi has one switch for all threads: the second must not take what the first has set for what was there before."""
+    events = {name: threading.Event() for name in ("first begins", "second begins", "first is done")}
+
+    def formula(begins: str, waits_for: str) -> Any:
+        events[begins].set()
+        events[waits_for].wait(0.2)
+        symbol = ca.SX.sym("parameter")
+        return ca.Function("point", [symbol], [symbol, symbol, symbol])
+
+    first = threading.Thread(target=lambda: read(lambda: formula("first begins", "second begins")))
+    second = threading.Thread(target=lambda: read(lambda: formula("second begins", "first is done")))
+    first.start()
+    events["first begins"].wait()
+    second.start()
+    first.join()
+    events["first is done"].set()
+    second.join()
+    try:
+        assert ca.GlobalOptions.getSimplificationOnTheFly()
+    finally:
+        ca.GlobalOptions.setSimplificationOnTheFly(True)
 
 
 def test_a_curve_by_its_numbers_is_a_path_like_any_other() -> None:

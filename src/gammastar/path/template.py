@@ -7,6 +7,7 @@ radius one about the origin has the template of every other.
 from __future__ import annotations
 
 import functools
+import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ from gammastar.taylor import Series
 
 POWERS = (ca.OP_POW, ca.OP_CONSTPOW)
 MOST_KEPT = 64  # templates whose smoothness is known
+
+_one_reader = threading.RLock()  # CasADi has one switch for all threads; a formula may make a curve of its own
 
 Operand = int | float | None
 """What an instruction takes: a value by its number, an exponent, or None for the next number of the curve."""
@@ -71,7 +74,7 @@ def read(formula: Callable[[], Any]) -> tuple[Template, np.ndarray]:
 
     Exponents that are whole or half stay in the template: such a power is a product or a root, with derivatives where others have none.
     """
-    with _unsimplified():
+    with _one_reader, _unsimplified():
         function = formula()
     held = dict[int, int | float]()  # in each of CasADi's slots: a value by its number, or a constant
     instructions, numbers = list[tuple[int, tuple[Operand, ...]]](), list[float]()
