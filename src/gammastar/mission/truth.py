@@ -15,7 +15,7 @@ from gammastar.frames import convert_vector
 from gammastar.mission.complaint import within
 from gammastar.mission.values import Array, NotNegative, Number, Positive, Section, Tables, Vector
 from gammastar.mission.vehicles import AnyForce, force
-from gammastar.vehicle import Rotors, Vehicle
+from gammastar.vehicle import Rotors, Vehicle, scaled_inertia
 
 
 class TruthSection(Section):
@@ -47,11 +47,9 @@ class TruthSection(Section):
         """
         if not self.model_dump(exclude_defaults=True, exclude={"noise_scale"}):
             return believed
-        scales = _positive(self.inertia_scale, "inertia_scale")
-        root = np.sqrt(scales)
         changed: dict[str, Any] = {
             "mass": believed.mass * self.mass_scale,
-            "inertia": np.asarray(believed.inertia) * np.outer(root, root),
+            "inertia": scaled_inertia(believed, _positive(self.inertia_scale, "inertia_scale")),
             "rotors": self._rotors(believed.rotors, frame),
         }
         given = {name: getattr(self, name) for name in ("latency", "rate_bandwidth")}
