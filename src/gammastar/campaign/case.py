@@ -14,7 +14,7 @@ from gammastar.errors import GammastarError, InputError
 from gammastar.flight.variation import given_quantities
 from gammastar.frames import convert_vector
 from gammastar.law import Law
-from gammastar.law.autopilot import whole_intervals
+from gammastar.law.latency import whole_intervals
 from gammastar.mission import Mission
 from gammastar.mission.campaign import Way, quantity
 from gammastar.mission.complaint import within

@@ -14,7 +14,7 @@ import numpy as np
 from gammastar.flight.integrator import Integrator
 from gammastar.flight.variation import unknown_in
 from gammastar.law.actuation import actuation_of
-from gammastar.law.autopilot import pending_intervals
+from gammastar.law.latency import pending_intervals
 from gammastar.vehicle import Rotors, StateGraph, Vehicle
 
 MOTION = 18  # position, velocity, attitude, angular velocity

@@ -17,13 +17,13 @@ import casadi as ca
 import numpy as np
 
 from gammastar import engine
-from gammastar.errors import InputError
 from gammastar.law.actuation import Actuation, Given, actuation_of
 from gammastar.law.allocation import Extra
 from gammastar.law.approach import FLOOR_SHARE
 from gammastar.law.belief import Belief
 from gammastar.law.filter import MOTION
 from gammastar.law.guidance import Decision, Guidance, Surroundings
+from gammastar.law.latency import pending_intervals
 from gammastar.law.law import Law
 from gammastar.law.lookahead import ahead
 from gammastar.law.measurement import SIZE as MEASUREMENT_SIZE
@@ -41,7 +41,6 @@ BEND_SHARE = 0.2  # of the most thrust, from which the bend of the path counts a
 NO_CEILING = 1e30  # [N]
 SHORT = 1e-6  # of the wanted thrust, by which less counts as short
 ALONG_SHARE = 0.5  # of gravity: acceleration along the path that limits of the rotors may cost before yaw pays too
-MOST_PENDING = 100  # control intervals of latency; the law looks ahead through every one of them
 TELEMETRY = {"input": 4, "waiting": 1, "constrained": 1, "given_up": 1, "unknown": 12, "position": 3}
 TELEMETRY_SIZE = sum(TELEMETRY.values())
 
@@ -288,21 +287,3 @@ class Autopilot:
         stepped = self.step(state, told, time, Surroundings(path, reference))
         outputs = ca.cse([ca.densify(each) for each in stepped[:3]])
         return ca.Function("core", [state, told, time, reference, path], outputs)
-
-
-def pending_intervals(latency: float, interval: float) -> int:
-    """Return how many whole control intervals a latency [s] takes, rounded up.
-
-    Raises:
-        InputError: Too many of them.
-    """
-    if latency > MOST_PENDING * interval:
-        raise InputError(
-            f"latency must be at most {MOST_PENDING} control intervals (got {latency:g} s at {1 / interval:g} Hz); lower the control rate"
-        )
-    return int(whole_intervals(latency, interval))
-
-
-def whole_intervals(latency: Any, interval: float) -> Any:
-    """Return latencies [s], a number or (n,), in whole control intervals, rounded up."""
-    return np.ceil(np.asarray(latency) / interval - 1e-6)
