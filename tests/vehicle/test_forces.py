@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 
 from gammastar import Vehicle, errors, so3
 from gammastar.vehicle import Buoyancy, CustomForce, LinearDrag, QuadraticDrag, RotorDrag, StateGraph
-from gammastar.vehicle.forces import symbols, total
+from gammastar.vehicle.flow import total
+from gammastar.vehicle.state import symbols
 
 FORCES = {
     "linear": [LinearDrag((0.1, 0.2, 0.3))],

@@ -10,7 +10,7 @@ import pytest
 
 import gammastar as gs
 from gammastar.vehicle import Scales, Vehicle, varied
-from gammastar.vehicle.forces import symbols
+from gammastar.vehicle.state import symbols
 
 DRAG = (gs.LinearDrag((0.3, 0.2, 0.1)), gs.QuadraticDrag(0.05))
 SKEW = np.array([[0.03, 0.003, 0.0], [0.003, 0.035, 0.001], [0.0, 0.001, 0.04]])

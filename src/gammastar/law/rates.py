@@ -15,7 +15,7 @@ from gammastar import so3
 from gammastar.law.guidance import Guidance, Surroundings, bend, chosen
 from gammastar.law.reference import wanted
 from gammastar.vehicle import StateGraph, Unknown
-from gammastar.vehicle.forces import symbols
+from gammastar.vehicle.state import symbols
 
 
 class RateDecision(NamedTuple):

@@ -16,10 +16,11 @@ from numpy.typing import ArrayLike
 
 from gammastar.checks import instance, magnitude, three
 from gammastar.errors import InputError
-from gammastar.vehicle.forces import Buoyancy, Force, listed, rate, second_rate, symbols, total
+from gammastar.vehicle.flow import rate, second_rate, total
+from gammastar.vehicle.forces import Buoyancy, Force, listed
 from gammastar.vehicle.inertia import inertia_matrix, isotropic
 from gammastar.vehicle.rotors import Rotors
-from gammastar.vehicle.state import StateGraph
+from gammastar.vehicle.state import StateGraph, symbols
 
 
 class Rates(NamedTuple):

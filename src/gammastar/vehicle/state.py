@@ -34,6 +34,18 @@ class StateGraph(NamedTuple):
     thrust_rate: Any  # SX, zeta2 [N/s]
 
 
+def symbols() -> StateGraph:
+    """Graph: return a state of fresh symbols."""
+    return StateGraph(
+        ca.SX.sym("position", 3),
+        ca.SX.sym("velocity", 3),
+        ca.SX.sym("attitude", 3, 3),
+        ca.SX.sym("angular_velocity", 3),
+        ca.SX.sym("thrust"),
+        ca.SX.sym("thrust_rate"),
+    )
+
+
 def split(state: Any) -> StateGraph:
     """Graph: return the parts of a stacked state SX (20,)."""
     return StateGraph(state[0:3], state[3:6], ca.reshape(state[6:15], 3, 3), state[15:18], state[18], state[19])
